@@ -1,0 +1,143 @@
+"""The flat scene: what the runtime reads.
+
+Arrays only, no Python objects, no pointers: every reference is an index. An IR holds exactly what
+its scene requires; tables of what the scene does not use are empty.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dsl.scene import ShapeKind
+
+VERSION = 1
+
+KINDS: tuple[str, ...] = (*(kind.value for kind in ShapeKind), "mesh")
+"""`prototype_kind` indexes this."""
+MESH = KINDS.index("mesh")
+
+MATERIAL = np.dtype(
+    [
+        ("diffuse", "<f8", 3),
+        ("emission", "<f8", 3),
+        ("specular", "<f8", 3),
+        ("metallic", "<f8"),
+        ("roughness", "<f8"),
+        ("clearcoat", "<f8"),
+        ("clearcoat_roughness", "<f8"),
+        ("opacity", "<f8"),
+        ("opacity_threshold", "<f8"),
+        ("ior", "<f8"),
+        ("specular_workflow", "<i4"),
+        ("reserved", "<i4"),
+    ]
+)
+"""One material: `dsl.scene.Material`, flat."""
+
+SUN, POINT, SKY = 0, 1, 2
+LIGHT = np.dtype(
+    [
+        ("kind", "<i4"),  # SUN, POINT or SKY
+        ("reserved", "<i4"),
+        ("vector", "<f8", 3),  # world space: sun, unit direction of travel; point, position
+        ("color", "<f8", 3),  # sun, irradiance; point, intensity; sky, radiance
+        ("size", "<f8"),  # sun, angular diameter in degrees; point, radius
+    ]
+)
+
+PERSPECTIVE, ORTHOGRAPHIC = 0, 1
+CAMERA = np.dtype(
+    [
+        ("projection", "<i4"),
+        ("name", "<i4"),  # index of a text
+        ("world_from_camera", "<f8", (3, 4)),  # columns: right, up, back (unit), position
+        ("height", "<f8"),
+        ("aspect", "<f8"),  # NaN: the picture's
+        ("shift", "<f8", 2),
+        ("near", "<f8"),
+        ("far", "<f8"),
+    ]
+)
+"""One camera: `dsl.scene.Camera`, placed. Scales of its transform are in `height`, `near`, `far`."""
+
+SETTINGS = np.dtype(
+    [
+        ("width", "<i4"),  # 0: not said
+        ("height", "<i4"),
+        ("samples", "<i4"),
+        ("integrator", "<i4"),  # index of INTEGRATORS, -1: not said
+        ("precision", "<i4"),  # index of PRECISIONS, -1: not said
+        ("reserved", "<i4"),
+        ("occlusion_distance", "<f8"),  # NaN: not said
+        ("exposure", "<f8"),
+    ]
+)
+INTEGRATORS = ("direct", "ambient_occlusion", "normals", "ids")
+PRECISIONS = ("float32", "float64")
+
+ORIGIN = np.dtype(
+    [
+        ("file", "<i4"),  # text: the source's or the stage's name
+        ("prim", "<i4"),  # text: the prim path, or -1 for a span of source text
+        ("start", "<i8"),  # UTF-8 byte offsets of the span
+        ("end", "<i8"),
+        ("label", "<i4"),  # text: the path segment
+        ("point", "<i4"),  # 1: a point instancer's segment, see dsl.scene.Origin
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneIR:
+    """A scene as flat arrays. Shapes and dtypes as noted, all C-contiguous, little endian.
+
+    Group 0 is the root. Instances of one group are contiguous and in order of emission.
+    An instance's *leaf number*, which hits report, counts the leaves before it in that order
+    with every group expanded (`leaf_counts`); without kept groups it is the row of the table.
+    """
+
+    # Prototypes
+    prototype_kind: NDArray[np.uint8]  # (p,) index of KINDS
+    prototype_data: NDArray[np.int64]  # (p,) first of its shape_parameters, or its mesh
+    shape_parameters: NDArray[np.float64]  # (k,) as dsl.scene.SHAPE_PARAMETERS
+    mesh_ranges: NDArray[np.int64]  # (q, 4) first and end point, first and end triangle
+    mesh_points: NDArray[np.float64]  # (v, 3) object space
+    mesh_triangles: NDArray[np.int32]  # (m, 3) indices into the mesh's own points
+
+    # Groups and instances
+    group_ranges: NDArray[np.int64]  # (g, 2) first and end instance
+    instance_target: NDArray[np.int32]  # (n,) a prototype, or ~group
+    world_from_object: NDArray[np.float64]  # (n, 3, 4) "world" is the enclosing group's space
+    object_from_world: NDArray[np.float64]  # (n, 3, 4) its inverse, composed beside it
+    translation_low: NDArray[np.float32]  # (n, 3) exact translation minus the rounded one in
+    #   world_from_object, or (0, 3) where all of them are zero
+    instance_material: NDArray[np.int32]  # (n,) m: bound; -1: none of its own, inherits from
+    #   the instance above, at last DEFAULT_MATERIAL (index 0); -2 - m: overrides all below
+    instance_source: NDArray[np.int32]  # (n,) index of the source_* tables
+
+    # Appearance
+    materials: NDArray[np.void]  # (m,) MATERIAL
+    lights: NDArray[np.void]  # (l,) LIGHT
+    cameras: NDArray[np.void]  # (c,) CAMERA
+    settings: NDArray[np.void]  # (1,) SETTINGS
+
+    # Where it came from: one chain of segments per instance, from its own up to its group's
+    source_parent: NDArray[np.int32]  # (s,) the segment above, -1 at the top
+    source_origin: NDArray[np.int32]  # (s,) index of origins
+    source_index: NDArray[np.int32]  # (s,) index among siblings, -1: none
+    origins: NDArray[np.void]  # (o,) ORIGIN
+    text_ends: NDArray[np.int64]  # (x,) end of each text in text_bytes
+    text_bytes: NDArray[np.uint8]  # UTF-8
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(int(getattr(self, field.name).nbytes) for field in fields(self))
+
+    def text(self, index: int) -> str:
+        """The text of that index."""
+        start = int(self.text_ends[index - 1]) if index else 0
+        return self.text_bytes[start : int(self.text_ends[index])].tobytes().decode()

@@ -1,0 +1,1 @@
+"""The scene language: source text to scene graph."""

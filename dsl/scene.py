@@ -1,0 +1,309 @@
+"""The scene graph: what a program, or a USD stage, denotes.
+
+A directed acyclic graph of frozen nodes. Sharing is identity: one node referred to from two
+places is one prototype with two instances, so graphs are compared and memoised by `id`, never by
+value. Depth is unbounded (a chain of 100 000 transforms is a chain of nodes): whoever walks a
+graph uses an explicit stack.
+
+Conventions: right-handed, y up, points are column vectors, angles in degrees (degrees can be
+reduced exactly), colours linear Rec. 709.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dsl.spans import Place
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Vector = tuple[float, float, float]
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """What made a node, and its segment of the object path.
+
+    Paths read from the root: segments are joined by "/" unless the next one begins with "/"
+    (USD prim paths do, and are relative to the enclosing native instance). A `point` origin (a
+    point instancer) comes last instead: `inner@label[index]`, innermost first.
+    `index` is the number of the edge among its siblings (a loop's iteration); for a batch of
+    `Instances` the batch supplies the index of each edge itself. An empty `label` adds nothing to
+    the path but keeps the place.
+    """
+
+    place: Place
+    label: str = ""
+    index: int | None = None
+    point: bool = False
+
+
+class StepKind(StrEnum):
+    """The elementary affine maps; `values` of a `Step` are listed here in order."""
+
+    TRANSLATE = "translate"  # x y z
+    SCALE = "scale"  # x y z
+    ROTATE = "rotate"  # axis x y z, angle in degrees, right-handed
+    SHEAR = "shear"  # xy xz yx yz zx zy: x' = x + xy·y + xz·z, and so on
+    REFLECT = "reflect"  # normal x y z of the mirror plane through the origin
+    MATRIX = "matrix"  # 12 numbers, 3x4 row by row
+    LOOK_AT = "look_at"  # from xyz, at xyz, up xyz: object -z looks at `at`, y near `up`
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One elementary map, or its exact inverse.
+
+    `values` has shape `(k,)`, or `(n, k)` for a batch of n.
+    """
+
+    kind: StepKind
+    values: FloatArray
+    inverse: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transform:
+    """A chain of elementary maps in reading order: the first is applied to the object first.
+
+    Every step's batch size is the same n, or the step is unbatched and holds for all.
+    """
+
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def count(self) -> int | None:
+        """The batch size n, or None for a single transform."""
+        return next((len(s.values) for s in self.steps if s.values.ndim == 2), None)
+
+    def inverted(self) -> Transform:
+        """The exact inverse: the steps in reverse order, each inverted."""
+        return Transform(
+            tuple(Step(s.kind, s.values, not s.inverse) for s in reversed(self.steps))
+        )
+
+
+class ShapeKind(StrEnum):
+    """The analytic solids and surfaces that the kernel intersects exactly."""
+
+    SPHERE = "sphere"
+    BOX = "box"
+    CYLINDER = "cylinder"
+    CONE = "cone"
+    TORUS = "torus"
+    DISC = "disc"
+    RECTANGLE = "rectangle"
+    PLANE = "plane"
+    TRIANGLE = "triangle"
+    RING = "ring"
+    WEDGE = "wedge"
+
+
+SHAPE_PARAMETERS: dict[ShapeKind, tuple[str, ...]] = {
+    ShapeKind.SPHERE: ("radius",),
+    ShapeKind.BOX: ("x0", "y0", "z0", "x1", "y1", "z1", "bevel"),
+    ShapeKind.CYLINDER: ("radius", "y0", "y1", "bevel"),
+    ShapeKind.CONE: ("radius", "height", "bevel"),
+    ShapeKind.TORUS: ("major", "minor"),
+    ShapeKind.DISC: ("radius",),
+    ShapeKind.RECTANGLE: ("size_x", "size_z"),
+    ShapeKind.PLANE: (),
+    ShapeKind.TRIANGLE: ("ax", "ay", "az", "bx", "by", "bz", "cx", "cy", "cz"),
+    ShapeKind.RING: ("r0", "r1", "y0", "y1", "bevel"),
+    ShapeKind.WEDGE: ("r0", "r1", "y0", "y1", "phi0", "phi1", "bevel"),
+}
+"""Parameters of each kind, in order: lengths in object units, `phi0` and `phi1` in degrees.
+
+Solids have outward normals; disc, rectangle and plane lie in y = 0 with normal +y; a triangle's
+normal is (b - a) × (c - a).
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """An analytic shape in its own space; `parameters` as in `SHAPE_PARAMETERS[kind]`."""
+
+    kind: ShapeKind
+    parameters: tuple[float, ...]
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    `points` `(v, 3)` float64, `triangles` `(m, 3)` int64 indices into points; a triangle's normal
+    is (b - a) × (c - a). The maker has dropped faces with bad indices or NaN points.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class File:
+    """An object to be read from a file when the scene is flattened: `mesh("…")`, `usd("…")`.
+
+    `path` as written; resolved against the folder of the file that names it. `prim` restricts a
+    USD stage to one prim.
+    """
+
+    kind: Literal["mesh", "usd"]
+    path: str
+    prim: str | None = None
+    folder: str | None = None
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """The parameters of UsdPreviewSurface; colours linear. Equal materials are one."""
+
+    diffuse: Color = (0.18, 0.18, 0.18)
+    emission: Color = (0.0, 0.0, 0.0)
+    specular_workflow: bool = False
+    specular: Color = (0.0, 0.0, 0.0)
+    metallic: float = 0.0
+    roughness: float = 0.5
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.01
+    opacity: float = 1.0
+    opacity_threshold: float = 0.0
+    ior: float = 1.5
+
+
+DEFAULT_MATERIAL = Material()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Several nodes as one, in order of emission."""
+
+    items: tuple[Node, ...]
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instances:
+    """A child placed by one transform, or n times by a batch of n.
+
+    `indices` `(n,)` int64 numbers a batch's edges in the object path (default 0 … n - 1).
+    """
+
+    child: Node
+    transform: Transform
+    indices: IntArray | None = None
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bind:
+    """A material bound to whatever is below.
+
+    Inherited: what is below and has a material of its own keeps it (the innermost wins).
+    Override: wins over everything below (the outermost override wins).
+    """
+
+    child: Node
+    material: Material
+    override: bool = False
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sun:
+    """Parallel light.
+
+    `direction` is where the light travels (any length); `irradiance` on a surface that faces it;
+    `angle` is the angular diameter in degrees: 0 casts hard shadows.
+    """
+
+    direction: Vector
+    irradiance: Color
+    angle: float = 0.0
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointLight:
+    """Light from a point, or from a ball of `radius` (soft shadows).
+
+    `intensity` is power per solid angle: irradiance at distance r is intensity / r².
+    """
+
+    position: Vector
+    intensity: Color
+    radius: float = 0.0
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sky:
+    """Uniform radiance from every direction; also the background. Not moved by transforms."""
+
+    radiance: Color
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A camera in its own space: at the origin, looking along -z, y up.
+
+    Placed by the `Instances` above it. `height` is the full height of the picture's window: on
+    the plane at distance 1 for a perspective camera (2·tan(fov/2)), in camera units for an
+    orthographic one. `aspect` is width over height of the window; None takes the picture's.
+    A picture of another aspect shows the whole window and more. `shift` moves the window by
+    fractions of its width and height. `near`, `far`: distances along the viewing axis outside of which
+    nothing is seen.
+    """
+
+    projection: Literal["perspective", "orthographic"]
+    height: float
+    aspect: float | None = None
+    shift: tuple[float, float] = (0.0, 0.0)
+    near: float = 0.0
+    far: float = float("inf")
+    name: str = ""
+    origin: Origin | None = None
+
+
+Integrator = Literal["direct", "ambient_occlusion", "normals", "ids"]
+Precision = Literal["float32", "float64"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settings:
+    """What a scene asks of its picture; None leaves the choice to the caller or the default."""
+
+    width: int | None = None
+    height: int | None = None
+    samples: int | None = None
+    integrator: Integrator | None = None
+    precision: Precision | None = None
+    occlusion_distance: float | None = None
+    exposure: float | None = None
+    origin: Origin | None = None
+
+
+Node = (
+    Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneGraph:
+    """The root of a scene and where it came from.
+
+    `sources` maps the names of the files that took part to their text (stages: to nothing).
+    """
+
+    root: Node
+    name: str = "scene"
+    sources: dict[str, str] = field(default_factory=dict)

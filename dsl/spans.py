@@ -1,0 +1,40 @@
+"""Places in source text, and in USD stages, that nodes and diagnostics point to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One file of source text.
+
+    `name` is what diagnostics print (a path, or the name given to `compile`); `text` is the
+    decoded text without a byte-order mark.
+    """
+
+    name: str
+    text: str = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A half-open range `[start, end)` of UTF-8 byte offsets in one source.
+
+    Lines and columns are derived only when a span is shown.
+    """
+
+    source: Source
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True)
+class PrimPlace:
+    """A prim of a USD stage: what a span is for a scene program."""
+
+    stage: str
+    prim: str
+
+
+Place = Span | PrimPlace

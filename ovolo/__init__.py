@@ -1,0 +1,1 @@
+"""Ovolo: scenes to pictures, with known accuracy."""

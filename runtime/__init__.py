@@ -1,0 +1,1 @@
+"""Flat IR to hits and pictures."""

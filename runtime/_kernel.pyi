@@ -1,0 +1,85 @@
+"""The native kernel: a flat scene in, hits and films out. Built from `runtime/kernel`."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compiler.ir import SceneIR
+
+__version__: str
+
+def instruction_sets() -> list[str]:
+    """Names of the instruction sets this CPU can run, best first; the last is "portable"."""
+
+class Kernel:
+    """A scene prepared for tracing; immutable and safe to share between threads.
+
+    `precision` is "float32" or "float64" (the scalar of the intersectors); `isa` one of
+    `instruction_sets()`, None for the best: all give the same answers.
+    Raises ValueError for an IR whose indices or shapes are wrong.
+    """
+
+    def __new__(cls, ir: SceneIR, precision: str, isa: str | None = None) -> Kernel: ...
+    @property
+    def isa(self) -> str: ...
+    @property
+    def nbytes(self) -> int:
+        """Bytes the kernel holds beyond the IR."""
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """(2, 3) world-space box of all bounded leaves; lower > upper when there are none."""
+
+    def trace(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        t_min: NDArray[np.float64],
+        t_max: NDArray[np.float64],
+        threads: int = 0,
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.int64],
+        NDArray[np.int32],
+        NDArray[np.int32],
+    ]:
+        """Closest hits with t_min < t < t_max: t (n,), normal (n, 3), position (n, 3), instance (n,), prototype, material.
+
+        Rays `(n, 3)`, bounds `(n,)` or `(1,)`, C-contiguous. `threads` 0 takes all cores. A miss
+        has t = inf, normal and position NaN, indices -1. A ray that is not finite, or has a zero direction, misses.
+        Ties in t go to the lowest leaf number. Releases the GIL; KeyboardInterrupt ends it.
+        """
+
+    def occluded(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        t_min: NDArray[np.float64],
+        t_max: NDArray[np.float64],
+        threads: int = 0,
+    ) -> NDArray[np.bool_]:
+        """Whether anything is hit with t_min < t < t_max, (n,)."""
+
+    def render(
+        self,
+        camera: NDArray[np.void],
+        width: int,
+        height: int,
+        samples: int,
+        integrator: str,
+        occlusion_distance: float,
+        seed: int = 0,
+        threads: int = 0,
+        progress: Callable[[float, int], object] | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """A picture: linear float32 arrays by name.
+
+        `camera` is one `compiler.ir.CAMERA` record. Returns color (h, w, 4) premultiplied,
+        depth (h, w) (distance along the viewing axis, inf: nothing), normal (h, w, 3) world space, instance (h, w)
+        int64 leaf number or -1, and rays () uint64, the number traced. Row 0 is the top.
+        `progress(done, rays)` is called now and then with the fraction done; what it raises ends
+        the render and is raised again. The same picture for any `threads` and instruction set.
+        """
