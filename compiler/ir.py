@@ -70,13 +70,14 @@ SETTINGS = np.dtype(
         ("samples", "<i4"),
         ("integrator", "<i4"),  # index of INTEGRATORS, -1: not said
         ("precision", "<i4"),  # index of PRECISIONS, -1: not said
-        ("reserved", "<i4"),
+        ("up", "<i4"),  # index of UP_AXES: what is up for a camera that has to be made up
         ("occlusion_distance", "<f8"),  # NaN: not said
         ("exposure", "<f8"),
     ]
 )
 INTEGRATORS = ("direct", "ambient_occlusion", "normals", "ids")
 PRECISIONS = ("float32", "float64")
+UP_AXES = ("y", "z")
 
 ORIGIN = np.dtype(
     [

@@ -276,11 +276,16 @@ class Camera:
 
 Integrator = Literal["direct", "ambient_occlusion", "normals", "ids"]
 Precision = Literal["float32", "float64"]
+UpAxis = Literal["y", "z"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Settings:
-    """What a scene asks of its picture; None leaves the choice to the caller or the default."""
+    """What a scene asks of its picture; None leaves the choice to the caller or the default.
+
+    `up` is the axis that points up where a camera has to be made up (USD stages say it; None is
+    "y"); it never moves geometry.
+    """
 
     width: int | None = None
     height: int | None = None
@@ -289,6 +294,7 @@ class Settings:
     precision: Precision | None = None
     occlusion_distance: float | None = None
     exposure: float | None = None
+    up: UpAxis | None = None
     origin: Origin | None = None
 
 
