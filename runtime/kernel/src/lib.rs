@@ -1,7 +1,9 @@
 //! Vectorised ray tracing over a flat, instanced scene.
 //!
 //! Pure Rust but for [`python`]: `cargo test` alone tests it.
+pub mod lanes;
 pub mod ray;
+pub mod scalar;
 
 #[cfg(feature = "python")]
 mod python;

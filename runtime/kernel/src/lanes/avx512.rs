@@ -1,0 +1,226 @@
+//! AVX-512 F, VL, DQ, BW: 16 f32 or 8 f64, masks in registers of their own.
+use std::arch::x86_64::*;
+
+use super::{InstructionSet, Isa, Lanes, Mask, Task, operators};
+
+macro_rules! lanes {
+    (
+        $name:ident($vector:ident) of $width:literal $scalar:ident, $mask:ident;
+        $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
+        $abs:ident $min:ident $max:ident $and:ident $or:ident $and_not:ident $xor:ident
+        $compare:ident $blend:ident $reduce_min:ident
+    ) => {
+        #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
+        #[derive(Clone, Copy)]
+        pub struct $name($vector);
+
+        impl std::ops::Neg for $name {
+            type Output = $name;
+            #[inline(always)]
+            fn neg(self) -> $name {
+                // SAFETY: the CPU has the instructions; see the head of `lanes`.
+                $name(unsafe { $xor(self.0, $splat(-0.0)) })
+            }
+        }
+
+        impl Lanes for $name {
+            type Scalar = $scalar;
+            type Mask = $mask;
+            const WIDTH: usize = $width;
+
+            #[inline(always)]
+            fn splat(x: $scalar) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn load(from: &[$scalar]) -> $name {
+                let from = &from[..$width];
+                // SAFETY: as above; the slice has that many numbers, aligned or not.
+                $name(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$scalar]) {
+                let to = &mut to[..$width];
+                // SAFETY: as above; the slice has that many numbers, aligned or not.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn mul_add(self, a: $name, b: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $mul_add(self.0, a.0, b.0) })
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, a: $name, b: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $neg_mul_add(self.0, a.0, b.0) })
+            }
+            #[inline(always)]
+            fn sqrt(self) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn abs(self) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $abs(self.0) })
+            }
+            #[inline(always)]
+            fn min(self, other: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $min(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn max(self, other: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $max(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn copy_sign(self, sign: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe {
+                    let bit = $splat(-0.0);
+                    $or($and_not(bit, self.0), $and(bit, sign.0))
+                })
+            }
+            #[inline(always)]
+            fn lt(self, other: $name) -> $mask {
+                // SAFETY: as above.
+                $mask(unsafe { $compare::<_CMP_LT_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn le(self, other: $name) -> $mask {
+                // SAFETY: as above.
+                $mask(unsafe { $compare::<_CMP_LE_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn eq(self, other: $name) -> $mask {
+                // SAFETY: as above.
+                $mask(unsafe { $compare::<_CMP_EQ_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn select(mask: $mask, yes: $name, no: $name) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $blend(mask.0, no.0, yes.0) })
+            }
+            #[inline(always)]
+            fn horizontal_min(self) -> $scalar {
+                // SAFETY: as above.
+                let least = unsafe { $reduce_min($min(self.0, $splat($scalar::INFINITY))) };
+                least + 0.0
+            }
+        }
+    };
+}
+
+macro_rules! mask {
+    ($name:ident($bits:ident)) => {
+        #[doc = concat!("One bit for each lane.")]
+        #[derive(Clone, Copy)]
+        pub struct $name($bits);
+
+        impl std::ops::BitAnd for $name {
+            type Output = $name;
+            #[inline(always)]
+            fn bitand(self, other: $name) -> $name {
+                $name(self.0 & other.0)
+            }
+        }
+
+        impl std::ops::BitOr for $name {
+            type Output = $name;
+            #[inline(always)]
+            fn bitor(self, other: $name) -> $name {
+                $name(self.0 | other.0)
+            }
+        }
+
+        impl std::ops::Not for $name {
+            type Output = $name;
+            #[inline(always)]
+            fn not(self) -> $name {
+                $name(!self.0)
+            }
+        }
+
+        impl Mask for $name {
+            const WIDTH: usize = $bits::BITS as usize;
+
+            #[inline(always)]
+            fn from_bits(bits: u32) -> $name {
+                $name(bits as $bits)
+            }
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                u32::from(self.0)
+            }
+        }
+    };
+}
+
+mask!(Mask16(u16));
+mask!(Mask8(u8));
+
+lanes! {
+    F32x16(__m512) of 16 f32, Mask16;
+    _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps
+    _mm512_sqrt_ps _mm512_abs_ps _mm512_min_ps _mm512_max_ps _mm512_and_ps _mm512_or_ps
+    _mm512_andnot_ps _mm512_xor_ps _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_reduce_min_ps
+}
+operators!(F32x16: Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps, Div div _mm512_div_ps);
+
+lanes! {
+    F64x8(__m512d) of 8 f64, Mask8;
+    _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd
+    _mm512_sqrt_pd _mm512_abs_pd _mm512_min_pd _mm512_max_pd _mm512_and_pd _mm512_or_pd
+    _mm512_andnot_pd _mm512_xor_pd _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_reduce_min_pd
+}
+operators!(F64x8: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+
+/// The set.
+#[derive(Clone, Copy)]
+pub struct Avx512;
+
+impl Isa for Avx512 {
+    const SET: InstructionSet = InstructionSet::Avx512;
+    type F32 = F32x16;
+    type F64 = F64x8;
+
+    #[inline(always)]
+    fn narrow(low: F64x8, high: F64x8) -> F32x16 {
+        // SAFETY: the CPU has the instructions; see the head of `lanes`.
+        F32x16(unsafe {
+            let low = _mm512_castps256_ps512(_mm512_cvtpd_ps(low.0));
+            _mm512_insertf32x8::<1>(low, _mm512_cvtpd_ps(high.0))
+        })
+    }
+    #[inline(always)]
+    fn widen(x: F32x16) -> (F64x8, F64x8) {
+        // SAFETY: as above.
+        unsafe {
+            (
+                F64x8(_mm512_cvtps_pd(_mm512_castps512_ps256(x.0))),
+                F64x8(_mm512_cvtps_pd(_mm512_extractf32x8_ps::<1>(x.0))),
+            )
+        }
+    }
+    #[inline(always)]
+    fn split(mask: Mask16) -> (Mask8, Mask8) {
+        (Mask8(mask.0 as u8), Mask8((mask.0 >> 8) as u8))
+    }
+    #[inline(always)]
+    fn join(low: Mask8, high: Mask8) -> Mask16 {
+        Mask16(u16::from(low.0) | u16::from(high.0) << 8)
+    }
+
+    #[inline(always)]
+    fn call<T: Task>(task: T) -> T::Output {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+        #[inline(never)]
+        fn enter<T: Task>(task: T) -> T::Output {
+            task.run::<Avx512>()
+        }
+        // SAFETY: the CPU has the features; see the head of `lanes`.
+        unsafe { enter(task) }
+    }
+}

@@ -1,0 +1,228 @@
+//! Vectors of W numbers, written once for every instruction set.
+//!
+//! Algorithms are generic functions over [`Lanes`] (or over [`Isa`] where they need both
+//! precisions), all `#[inline(always)]`. A [`Task`] is the entry: [`dispatch`] picks the
+//! instruction set at run time and calls the task from one function with the right
+//! `#[target_feature]`, so that everything inlined into it is compiled for that set.
+//! Dispatch per batch, not per ray.
+//!
+//! Every operation here is an IEEE 754 operation, correctly rounded, or moves bits: all sets give
+//! the same bits for the same input (which NaN a NaN is excepted).
+//!
+//! # Safety
+//!
+//! The types of an instruction set are private to this module; other code meets them only as
+//! `I` in `Task::run::<I>`, which [`dispatch`] enters after asking the CPU. So whoever holds
+//! such a value runs on a CPU that has the instructions: that is why their methods can be safe.
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use crate::scalar::Scalar;
+
+mod instruction_set;
+mod portable;
+mod scalar;
+#[cfg(test)]
+mod tests;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+
+pub use instruction_set::{InstructionSet, Task, dispatch};
+
+/// The largest [`Lanes::WIDTH`] there is.
+pub const MAX_WIDTH: usize = 16;
+
+/// W numbers, computed with in step. f32 and f64 are themselves lanes of width one.
+pub trait Lanes:
+    Copy
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// What one lane holds.
+    type Scalar: Scalar;
+    /// A truth value for each lane.
+    type Mask: Mask;
+    /// How many lanes.
+    const WIDTH: usize;
+
+    /// The same number in all lanes.
+    fn splat(x: Self::Scalar) -> Self;
+    /// The first `WIDTH` numbers of a slice. Panics if it is shorter.
+    fn load(from: &[Self::Scalar]) -> Self;
+    /// Writes the first `WIDTH` numbers of a slice. Panics if it is shorter.
+    fn store(self, to: &mut [Self::Scalar]);
+
+    /// self·a + b, rounded once.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// b − self·a, rounded once.
+    fn neg_mul_add(self, a: Self, b: Self) -> Self;
+    /// Square root; NaN of negative numbers.
+    fn sqrt(self) -> Self;
+    /// Clears the sign bit.
+    fn abs(self) -> Self;
+    /// `if self < other { self } else { other }`: the second if either is NaN or both are zero.
+    fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`: the second if either is NaN or both are zero.
+    fn max(self, other: Self) -> Self;
+    /// The magnitude of `self` with the sign bit of `sign`.
+    fn copy_sign(self, sign: Self) -> Self;
+
+    /// self < other; false for NaN, as every comparison here.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// self ≤ other.
+    fn le(self, other: Self) -> Self::Mask;
+    /// self = other.
+    fn eq(self, other: Self) -> Self::Mask;
+    /// self > other.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// self ≥ other.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// `yes` where the mask is set, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// The least lane, passing over NaN; infinity if all are NaN; never −0.
+    #[inline(always)]
+    fn horizontal_min(self) -> Self::Scalar {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        self.store(&mut lanes);
+        let mut least = Self::Scalar::INFINITY;
+        for &lane in &lanes[..Self::WIDTH] {
+            least = Lanes::min(lane, least);
+        }
+        least + Self::Scalar::default()
+    }
+    /// Lane i is `f(i)`.
+    #[inline(always)]
+    fn from_fn(mut f: impl FnMut(usize) -> Self::Scalar) -> Self {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        for (i, lane) in lanes[..Self::WIDTH].iter_mut().enumerate() {
+            *lane = f(i);
+        }
+        Self::load(&lanes)
+    }
+    /// Lane `i`. Panics if there is no such lane.
+    #[inline(always)]
+    fn get(self, i: usize) -> Self::Scalar {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        self.store(&mut lanes);
+        lanes[..Self::WIDTH][i]
+    }
+    /// With lane `i` replaced. Panics if there is no such lane.
+    #[inline(always)]
+    fn with(self, i: usize, x: Self::Scalar) -> Self {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        self.store(&mut lanes);
+        lanes[..Self::WIDTH][i] = x;
+        Self::load(&lanes)
+    }
+    /// All lanes zero.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(Self::Scalar::default())
+    }
+}
+
+/// A truth value for each lane.
+pub trait Mask:
+    Copy + Send + Sync + 'static + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// How many lanes.
+    const WIDTH: usize;
+
+    /// Lane i is bit i; higher bits are not looked at.
+    fn from_bits(bits: u32) -> Self;
+    /// Bit i is lane i; higher bits are zero.
+    fn bits(self) -> u32;
+
+    /// No lane.
+    #[inline(always)]
+    fn none() -> Self {
+        Self::from_bits(0)
+    }
+    /// Every lane.
+    #[inline(always)]
+    fn full() -> Self {
+        Self::from_bits(u32::MAX)
+    }
+    /// The first `n` lanes; all if there are no more.
+    #[inline(always)]
+    fn first(n: usize) -> Self {
+        Self::from_bits(if n < 32 { (1 << n) - 1 } else { u32::MAX })
+    }
+    /// self and not other.
+    #[inline(always)]
+    fn and_not(self, other: Self) -> Self {
+        self & !other
+    }
+    /// Whether any lane is set.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    /// Whether every lane is set.
+    #[inline(always)]
+    fn all(self) -> bool {
+        !(!self).any()
+    }
+}
+
+/// An instruction set: its vectors of either precision, of the same size in bits.
+pub trait Isa: Copy + Send + Sync + 'static {
+    /// Which one it is.
+    const SET: InstructionSet;
+    /// Twice as many lanes as `F64`.
+    type F32: Lanes<Scalar = f32>;
+    /// Half as many lanes as `F32`.
+    type F64: Lanes<Scalar = f64>;
+
+    /// Rounds to nearest; the lanes of `low` come first.
+    fn narrow(low: Self::F64, high: Self::F64) -> Self::F32;
+    /// Exact; the first half of the lanes, then the second.
+    fn widen(x: Self::F32) -> (Self::F64, Self::F64);
+    /// The masks of the first and of the second half of the lanes.
+    fn split(
+        mask: <Self::F32 as Lanes>::Mask,
+    ) -> (<Self::F64 as Lanes>::Mask, <Self::F64 as Lanes>::Mask);
+    /// The opposite of `split`.
+    fn join(
+        low: <Self::F64 as Lanes>::Mask,
+        high: <Self::F64 as Lanes>::Mask,
+    ) -> <Self::F32 as Lanes>::Mask;
+
+    /// Runs a task in a function of its own that is compiled for this set: the way into the set
+    /// for [`dispatch`], and inside of it the way to keep large code out of line.
+    fn call<T: Task>(task: T) -> T::Output;
+}
+
+/// The arithmetic operators of a vector type, one intrinsic each.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+macro_rules! operators {
+    ($name:ident: $($trait:ident $method:ident $intrinsic:ident),*) => {$(
+        impl std::ops::$trait for $name {
+            type Output = $name;
+            #[inline(always)]
+            fn $method(self, other: $name) -> $name {
+                // SAFETY: the CPU has the instruction; see the head of `lanes`.
+                $name(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    )*};
+}
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use operators;
