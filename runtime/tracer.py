@@ -1,0 +1,184 @@
+"""Batches of rays against a scene: NumPy arrays in, NumPy arrays out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from compiler.ir import SceneIR
+
+FloatArray = NDArray[np.float64]
+
+Answer = tuple[
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    NDArray[np.int64],
+    NDArray[np.int32],
+    NDArray[np.int32],
+]
+
+
+class Backend(Protocol):
+    """Whatever answers checked rays: the kernel, or the reference interpreter."""
+
+    def trace(
+        self,
+        origins: FloatArray,
+        directions: FloatArray,
+        t_min: FloatArray,
+        t_max: FloatArray,
+        threads: int = 0,
+    ) -> Answer:
+        """Closest hits, as `runtime._kernel.Kernel.trace`."""
+
+    def occluded(
+        self,
+        origins: FloatArray,
+        directions: FloatArray,
+        t_min: FloatArray,
+        t_max: FloatArray,
+        threads: int = 0,
+    ) -> NDArray[np.bool_]:
+        """Whether anything is hit, as `runtime._kernel.Kernel.occluded`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hits:
+    """The closest hits of n rays, row i for ray i.
+
+    A miss has t = inf, position and normal NaN, and -1 for every number.
+    """
+
+    t: FloatArray
+    """(n,) ray parameter, in units of the ray's direction as given."""
+    normal: FloatArray
+    """(n, 3) world space, unit, geometric, outward; not flipped towards the ray."""
+    position: FloatArray
+    """(n, 3) world space, on the surface."""
+    instance: NDArray[np.int64]
+    """(n,) number of the instance in order of emission; see `object_path`."""
+    prototype: NDArray[np.int32]
+    """(n,) prototype of the scene's IR that the instance places."""
+    material: NDArray[np.int32]
+    """(n,) row of the IR's materials."""
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """(n,) whether the ray hit anything."""
+        return self.instance >= 0
+
+    def __repr__(self) -> str:
+        hit = self.hit
+        count = int(np.count_nonzero(hit))
+        if not count:
+            return f"Hits({len(self)} rays, all missed)"
+        nearest, farthest = self.t[hit].min(), self.t[hit].max()
+        return f"Hits({len(self)} rays, {count} hit, t from {nearest:.6g} to {farthest:.6g})"
+
+
+class Tracer:
+    """A scene prepared for tracing; immutable, and safe to share between threads.
+
+    `precision` is the scalar of the intersectors; all else (transforms, t, positions) is float64
+    anyway. `isa` is one of `runtime._kernel.instruction_sets()`, None the best of this CPU.
+    `threads` 0 takes all cores. Answers depend on `precision` alone.
+    Raises ValueError for another precision or instruction set.
+    """
+
+    def __init__(
+        self,
+        ir: SceneIR,
+        precision: Literal["float32", "float64"] = "float64",
+        isa: str | None = None,
+        threads: int = 0,
+    ) -> None:
+        from runtime._kernel import Kernel
+
+        if precision not in ("float32", "float64"):
+            raise ValueError(f'precision is "float32" or "float64", not {precision!r}')
+        self.threads = threads
+        self._backend: Backend = Kernel(ir, precision, isa)
+
+    @classmethod
+    def over(cls, backend: Backend) -> Tracer:
+        """Another backend, such as `runtime.reference.ReferenceTracer`, behind the same face."""
+        tracer = cls.__new__(cls)
+        tracer.threads = 0
+        tracer._backend = backend
+        return tracer
+
+    def trace(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+    ) -> Hits:
+        """Closest hits with t_min < t < t_max.
+
+        `origins` and `directions` are (n, 3), or one of them (3,) for all rays; t_min and t_max
+        are scalars or (n,). Directions are not normalised. A ray that is not finite, or whose
+        direction is zero, misses. Raises ValueError for other shapes or for non-numbers.
+        """
+        return Hits(*self._backend.trace(*_rays(origins, directions, t_min, t_max), self.threads))
+
+    def occluded(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+    ) -> NDArray[np.bool_]:
+        """Whether anything is hit with t_min < t < t_max, (n,); rays as for `trace`."""
+        return self._backend.occluded(*_rays(origins, directions, t_min, t_max), self.threads)
+
+
+def _rays(
+    origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The rays as the kernel wants them: (n, 3), (n, 3) and bounds (n,) or (1,), float64."""
+    points = _vectors("origins", origins)
+    vectors = _vectors("directions", directions)
+    counts = {len(array) for array in (points, vectors) if array.ndim == 2} or {1}
+    if len(counts) > 1:
+        raise ValueError(
+            f"origins {points.shape} and directions {vectors.shape} differ in the number of rays"
+        )
+    count = counts.pop()
+    return (
+        np.ascontiguousarray(np.broadcast_to(points, (count, 3))),
+        np.ascontiguousarray(np.broadcast_to(vectors, (count, 3))),
+        _bound("t_min", t_min, count),
+        _bound("t_max", t_max, count),
+    )
+
+
+def _vectors(name: str, values: ArrayLike) -> FloatArray:
+    array = _float64(name, values)
+    if array.ndim not in (1, 2) or array.shape[-1] != 3:
+        raise ValueError(f"{name} must have shape (n, 3) or (3,), not {array.shape}")
+    return array
+
+
+def _bound(name: str, values: ArrayLike, count: int) -> FloatArray:
+    array = _float64(name, values)
+    if array.shape not in ((), (count,)):
+        raise ValueError(f"{name} must be a scalar or have shape ({count},), not {array.shape}")
+    return np.ascontiguousarray(array.reshape(-1))
+
+
+def _float64(name: str, values: ArrayLike) -> FloatArray:
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name} must be an array of numbers: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
+    return array.astype(np.float64, copy=False)
