@@ -1,0 +1,163 @@
+"""Which material a prim is drawn in.
+
+A binding that usd-core resolves for a prim may be authored on it or on any ancestor. Within a
+native instance only what is authored below the instance's root belongs to the shared prototype;
+what comes from above is bound at the instance instead, and inherited in the scene graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, UsdGeom, UsdShade
+
+from compiler.usd.clock import Clock
+from compiler.usd.materials import Materials
+from compiler.usd.report import Report
+from dsl.scene import DEFAULT_MATERIAL, FloatArray, Material
+
+FACE_COLORS = 256
+"""Distinct colours per face up to which a mesh is split by colour; beyond, their mean is used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """What usd-core resolved for a prim: the material, and where it is bound."""
+
+    material: Material
+    source: Sdf.Path
+    strong: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """A prim's displayColor and displayOpacity.
+
+    `colors` `(k, 3)` with `faces` the colour of each face, or one colour and no faces. `below`
+    says that some of it is authored below the frame's base, `above` that some is not.
+    """
+
+    colors: FloatArray
+    faces: np.ndarray[Any, np.dtype[np.int64]] | None
+    opacity: float
+    below: bool
+    above: bool
+
+    def material(self, index: int = 0) -> Material:
+        """The material of one colour."""
+        r, g, b = (float(x) for x in self.colors[index])
+        return Material(diffuse=(r, g, b), opacity=self.opacity)
+
+
+class Appearance:
+    """Looks up bindings and display colours of one stage."""
+
+    def __init__(self, clock: Clock, report: Report) -> None:
+        self._clock = clock
+        self._report = report
+        self._materials = Materials(clock, report)
+        self._bindings: dict[Sdf.Path, Binding | None] = {}
+
+    def resolve(self, prims: Iterable[Any]) -> None:
+        """Resolve the bindings of many prims at once, which is how usd-core can cache."""
+        unknown = [prim for prim in prims if prim.GetPath() not in self._bindings]
+        if not unknown:
+            return
+        materials, sources = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(unknown)
+        for prim, material, source in zip(unknown, materials, sources, strict=True):
+            self._bindings[prim.GetPath()] = self._binding(material, source)
+
+    def _binding(self, material: Any, source: Any) -> Binding | None:
+        if not material:
+            return None
+        strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(source)
+        return Binding(
+            self._materials.read(material),
+            source.GetPrim().GetPath(),
+            strength == UsdShade.Tokens.strongerThanDescendants,
+        )
+
+    def binding(self, prim: Any) -> Binding | None:
+        """The binding of a prim; fastest if `resolve` saw the prim before."""
+        self.resolve([prim])
+        return self._bindings[prim.GetPath()]
+
+    def display(self, prim: Any, base: Sdf.Path) -> Display | None:
+        """The display colour of a prim, or None if neither colour nor opacity is authored."""
+        primvars = UsdGeom.PrimvarsAPI(prim)
+        color = primvars.FindPrimvarWithInheritance("displayColor")
+        opacity = primvars.FindPrimvarWithInheritance("displayOpacity")
+        found = [primvar for primvar in (color, opacity) if primvar and primvar.HasValue()]
+        if not found:
+            return None
+        below = [is_below(primvar.GetAttr().GetPrim().GetPath(), base) for primvar in found]
+        colors, faces = self._colors(color, prim)
+        return Display(colors, faces, self._opacity(opacity, prim), any(below), not all(below))
+
+    def _colors(
+        self, primvar: Any, prim: Any
+    ) -> tuple[FloatArray, np.ndarray[Any, np.dtype[np.int64]] | None]:
+        default = np.array([DEFAULT_MATERIAL.diffuse])
+        if not primvar or not primvar.HasValue():
+            return default, None
+        values = self._clock.vectors(primvar.GetAttr(), 3)
+        if values is None or not len(values) or not np.isfinite(values).all():
+            message = "a displayColor that holds no finite colours is ignored"
+            self._report.warn("usd-primvar", message, prim.GetPath())
+            return default, None
+        indices = self._indices(primvar, len(values), prim)
+        if indices is not None:
+            values = values[indices]
+        if len(values) == 1:
+            return values, None
+        interpolation = primvar.GetInterpolation()
+        if interpolation == UsdGeom.Tokens.constant:
+            return values[:1], None
+        if interpolation == UsdGeom.Tokens.uniform:
+            colors, faces = np.unique(values, axis=0, return_inverse=True)
+            if len(colors) <= FACE_COLORS:
+                return colors, faces.reshape(-1).astype(np.int64)
+        message = f"a displayColor of interpolation `{interpolation}` is drawn as its mean"
+        self._report.warn("usd-primvar", message, prim.GetPath())
+        return values.mean(axis=0, keepdims=True), None
+
+    def _indices(self, primvar: Any, count: int, prim: Any) -> Any:
+        if not primvar.IsIndexed():
+            return None
+        indices = self._clock.integers(primvar.GetIndicesAttr())
+        if indices is not None and len(indices) and ((indices >= 0) & (indices < count)).all():
+            return indices
+        message = "a displayColor with indices out of range is read without them"
+        self._report.warn("usd-primvar", message, prim.GetPath())
+        return None
+
+    def _opacity(self, primvar: Any, prim: Any) -> float:
+        if not primvar or not primvar.HasValue():
+            return 1.0
+        value = self._clock.value(primvar.GetAttr())
+        values = np.atleast_1d(np.asarray(value)) if value is not None else np.empty(0)
+        if values.dtype.kind not in "fiu" or not values.size or not np.isfinite(values).all():
+            message = "a displayOpacity that holds no finite numbers is ignored"
+            self._report.warn("usd-primvar", message, prim.GetPath())
+            return 1.0
+        if values.size > 1:
+            message = "a displayOpacity of several values is drawn as its mean"
+            self._report.warn("usd-primvar", message, prim.GetPath())
+        return float(np.clip(values.mean(), 0.0, 1.0))
+
+
+def is_below(path: Sdf.Path, base: Sdf.Path) -> bool:
+    """Whether a path is strictly below the base of a frame; everything is below the root."""
+    return bool(path.HasPrefix(base) and path != base)
+
+
+def has_collection_bindings(prim: Any) -> bool:
+    """Whether a prim binds materials by collections, which single out prims below it by path."""
+    return any(
+        name.startswith("material:binding:collection")
+        for name in prim.GetAuthoredPropertyNames()
+        if name.startswith("material:binding")
+    )

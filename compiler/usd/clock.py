@@ -1,0 +1,80 @@
+"""Reading attributes at one time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd
+
+from dsl.scene import FloatArray, IntArray
+
+_UNAUTHORED = (Usd.ResolveInfoSourceNone, Usd.ResolveInfoSourceFallback)
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """The time at which a stage is read.
+
+    Never asks an attribute for its list of samples: with `timeCodesPerSecond = 0` in a layer
+    usd-core does not return from that.
+    """
+
+    time: float | Literal["earliest"] | None = None
+
+    def value(self, attribute: Any) -> Any:
+        """The attribute's value, None where there is neither an opinion nor a fallback."""
+        if not attribute:
+            return None
+        return attribute.Get(self.code(attribute))
+
+    def code(self, attribute: Any) -> Any:
+        """The Usd.TimeCode at which this attribute is read."""
+        if self.time == "earliest":
+            return Usd.TimeCode.EarliestTime()
+        if self.time is not None:
+            return Usd.TimeCode(self.time)
+        default = Usd.TimeCode.Default()
+        if attribute.GetResolveInfo(default).GetSource() in _UNAUTHORED:
+            return Usd.TimeCode.EarliestTime()
+        return default
+
+    def number(self, attribute: Any, fallback: float) -> float:
+        """A finite number, or the fallback."""
+        try:
+            number = float(self.value(attribute))
+        except (TypeError, ValueError):
+            return fallback
+        return number if math.isfinite(number) else fallback
+
+    def token(self, attribute: Any) -> str:
+        """A token or string; empty where there is none."""
+        value = self.value(attribute)
+        return value if isinstance(value, str) else ""
+
+    def vectors(self, attribute: Any, width: int) -> FloatArray | None:
+        """`(n, width)` float64, or None for whatever is not an array of such vectors."""
+        array = self._array(attribute)
+        if array is None or array.ndim != 2 or array.shape[1] != width:
+            return None
+        return np.ascontiguousarray(array, dtype=np.float64)
+
+    def integers(self, attribute: Any) -> IntArray | None:
+        """`(n,)` int64, or None for whatever is not an array of integers."""
+        array = self._array(attribute)
+        if array is None or array.ndim != 1 or array.dtype.kind not in "iu":
+            return None
+        return array.astype(np.int64)
+
+    def _array(self, attribute: Any) -> NDArray[Any] | None:
+        value = self.value(attribute)
+        if value is None or isinstance(value, str):
+            return None
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError):
+            return None
+        return array if array.dtype.kind in "iuf" else None

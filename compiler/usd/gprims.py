@@ -1,0 +1,173 @@
+"""Geometric primitives as analytic shapes.
+
+USD centres its cylinders, cones and capsules on the origin and lets them name their axis (Z by
+default); ours stand on the y axis. The steps given with a shape bring it there.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import UsdGeom
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from compiler.usd.xform import rotation
+from dsl.scene import Shape, ShapeKind, Step, StepKind
+
+_FROM_Y: dict[str, tuple[Step, ...]] = {
+    "X": (rotation("Z", -90.0),),
+    "Y": (),
+    "Z": (rotation("X", 90.0),),
+}
+"""Turns +y into the axis, and never mirrors."""
+
+Placed = tuple[Shape, tuple[Step, ...]]
+
+
+class Gprims:
+    """Makes the shapes of a stage; equal shapes are one node, so equal prims are instances."""
+
+    def __init__(self, clock: Clock, report: Report) -> None:
+        self._clock = clock
+        self._report = report
+        self._shapes: dict[tuple[ShapeKind, tuple[float, ...]], Shape] = {}
+        self._readers = {
+            "Cube": self._cube,
+            "Sphere": self._sphere,
+            "Cylinder": self._cylinder,
+            "Cylinder_1": self._cylinder_1,
+            "Cone": self._cone,
+            "Capsule": self._capsule,
+            "Capsule_1": self._capsule_1,
+            "Plane": self._plane,
+        }
+
+    def __contains__(self, type_name: str) -> bool:
+        return type_name in self._readers
+
+    def read(self, type_name: str, prim: Any) -> Placed | None:
+        """The shape of a prim, or None (reported) for one that has no extent."""
+        placed: Placed | None = self._readers[type_name](prim)
+        return placed
+
+    def _shape(self, kind: ShapeKind, *parameters: float) -> Shape:
+        key = (kind, parameters)
+        return self._shapes.setdefault(key, Shape(kind, parameters))
+
+    def _size(self, prim: Any, name: str, fallback: float) -> float:
+        """A length; its sign says nothing about a symmetric solid."""
+        return abs(self._clock.number(prim.GetAttribute(name), fallback))
+
+    def _empty(self, prim: Any, name: str) -> None:
+        message = f"a prim whose `{name}` is zero draws nothing"
+        self._report.warn("usd-shape", message, prim.GetPath())
+
+    def _axis(self, prim: Any, fallback: str = "Z") -> str:
+        axis = self._clock.token(prim.GetAttribute("axis")) or fallback
+        if axis in _FROM_Y:
+            return axis
+        message = f"`axis = {axis!r}` is none of X, Y, Z; {fallback} is used"
+        self._report.warn("usd-attribute", message, prim.GetPath())
+        return fallback
+
+    def _cube(self, prim: Any) -> Placed | None:
+        half = self._size(prim, "size", 2.0) / 2.0
+        if half == 0.0:
+            self._empty(prim, "size")
+            return None
+        return self._shape(ShapeKind.BOX, -half, -half, -half, half, half, half, 0.0), ()
+
+    def _sphere(self, prim: Any) -> Placed | None:
+        radius = self._size(prim, "radius", 1.0)
+        if radius == 0.0:
+            self._empty(prim, "radius")
+            return None
+        return self._ball(radius)
+
+    def _ball(self, radius: float) -> Placed:
+        return self._shape(ShapeKind.SPHERE, radius), ()
+
+    def _cylinder(self, prim: Any) -> Placed | None:
+        radius, height = self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0)
+        return self._tube(prim, radius, height, 0.0)
+
+    def _tube(self, prim: Any, radius: float, height: float, bevel: float) -> Placed | None:
+        if radius == 0.0:
+            self._empty(prim, "radius")
+            return None
+        half = height / 2.0 + bevel
+        if half == 0.0:
+            self._empty(prim, "height")
+            return None
+        shape = self._shape(ShapeKind.CYLINDER, radius, -half, half, bevel)
+        return shape, _FROM_Y[self._axis(prim)]
+
+    def _cylinder_1(self, prim: Any) -> Placed | None:
+        top, bottom = self._size(prim, "radiusTop", 1.0), self._size(prim, "radiusBottom", 1.0)
+        height = self._size(prim, "height", 2.0)
+        if top == bottom:
+            return self._tube(prim, top, height, 0.0)
+        if bottom == 0.0:
+            flip = (Step(StepKind.ROTATE, np.array([1.0, 0.0, 0.0, 180.0])),)
+            return self._spike(prim, top, height, flip)
+        if top == 0.0:
+            return self._spike(prim, bottom, height)
+        self._report.warn(
+            "usd-unsupported", "`Cylinder_1` prims with two radii are not drawn", prim.GetPath()
+        )
+        return None
+
+    def _cone(self, prim: Any) -> Placed | None:
+        return self._spike(prim, self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0))
+
+    def _spike(
+        self, prim: Any, radius: float, height: float, turned: tuple[Step, ...] = ()
+    ) -> Placed | None:
+        if radius == 0.0:
+            self._empty(prim, "radius")
+            return None
+        if height == 0.0:
+            self._empty(prim, "height")
+            return None
+        centred = Step(StepKind.TRANSLATE, np.array([0.0, -height / 2.0, 0.0]))
+        shape = self._shape(ShapeKind.CONE, radius, height, 0.0)
+        return shape, (centred, *turned, *_FROM_Y[self._axis(prim)])
+
+    def _capsule(self, prim: Any) -> Placed | None:
+        radius, height = self._size(prim, "radius", 0.5), self._size(prim, "height", 1.0)
+        return self._round_tube(prim, radius, height)
+
+    def _round_tube(self, prim: Any, radius: float, height: float) -> Placed | None:
+        """Place the cylinder whose rims are bevelled by its whole radius."""
+        if height == 0.0 and radius > 0.0:
+            return self._ball(radius)
+        return self._tube(prim, radius, height, radius)
+
+    def _capsule_1(self, prim: Any) -> Placed | None:
+        top, bottom = self._size(prim, "radiusTop", 0.5), self._size(prim, "radiusBottom", 0.5)
+        if top == bottom:
+            return self._round_tube(prim, top, self._size(prim, "height", 1.0))
+        self._report.warn(
+            "usd-unsupported", "`Capsule_1` prims with two radii are not drawn", prim.GetPath()
+        )
+        return None
+
+    def _plane(self, prim: Any) -> Placed | None:
+        width, length = self._size(prim, "width", 2.0), self._size(prim, "length", 2.0)
+        if width == 0.0:
+            self._empty(prim, "width")
+            return None
+        if length == 0.0:
+            self._empty(prim, "length")
+            return None
+        axis = self._axis(prim)
+        # The rectangle's x comes from y for a plane that faces X: there the length runs along y.
+        sizes = (length, width) if axis == "X" else (width, length)
+        return self._shape(ShapeKind.RECTANGLE, *sizes), _FROM_Y[axis]
+
+
+def is_unsupported(prim: Any) -> bool:
+    """Whether a prim has a surface or volume that is not drawn; types with a reader come first."""
+    return bool(prim.IsA(UsdGeom.Boundable) and prim.GetTypeName() != "SkelRoot")

@@ -1,0 +1,158 @@
+"""Point instancers as batches of instances.
+
+A point of instance i is placed by prototype root, scale, orientation, position, instancer, in this
+order (UsdGeomPointInstancer). There is one batch per prototype, in the order of the `prototypes`
+relationship; its rows are in the order of the instancer's arrays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import UsdGeom
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from compiler.usd.xform import unit_quaternions
+from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Step, StepKind, Transform
+
+if TYPE_CHECKING:
+    from compiler.usd.traverse import Frame, Inherited, Traversal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """The arrays of an instancer that can be used.
+
+    `prototypes` `(n,)`, `positions` `(n, 3)`, `scales` `(n, 3)` or None, `orientations` `(n, 4)`
+    imaginary part first or None, `usable` `(n,)`: neither masked nor faulty.
+    """
+
+    prototypes: IntArray
+    positions: FloatArray
+    scales: FloatArray | None
+    orientations: FloatArray | None
+    usable: NDArray[np.bool_]
+
+    def steps(self, chosen: IntArray) -> tuple[Step, ...]:
+        """Scale, orientation and position of the chosen instances."""
+        steps = []
+        if self.scales is not None:
+            steps.append(Step(StepKind.SCALE, self.scales[chosen]))
+        if self.orientations is not None:
+            matrices = _rotation_matrices(unit_quaternions(self.orientations[chosen]))
+            steps.append(Step(StepKind.MATRIX, matrices))
+        steps.append(Step(StepKind.TRANSLATE, self.positions[chosen]))
+        return tuple(steps)
+
+
+def point_batches(
+    traversal: Traversal, prim: Any, inherited: Inherited, frame: Frame
+) -> list[Node]:
+    """The batches of one instancer, in the instancer's space."""
+    instancer = UsdGeom.PointInstancer(prim)
+    points = _read(instancer, traversal.clock, traversal.report)
+    if points is None:
+        return []
+    origin = traversal.origin(prim, frame, point=True)
+    material = traversal.material(prim, frame)
+    batches: list[Node] = []
+    for number, path in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
+        chosen = np.flatnonzero(points.usable & (points.prototypes == number))
+        if not len(chosen):
+            continue
+        root = traversal.stage.GetPrimAtPath(path)
+        if not root:
+            message = f"instances of the missing prototype <{path}> are left out"
+            traversal.report.warn("usd-instancer", message, prim.GetPath())
+            continue
+        child, shared = traversal.prototype(root, inherited, frame.base)
+        frame.shared = frame.shared and shared
+        if child is None:
+            continue
+        if material is not None:
+            child = Bind(child, material)
+        steps = points.steps(chosen)
+        batches.append(Instances(child, Transform(steps), indices=chosen, origin=origin))
+    return batches
+
+
+def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
+    path = instancer.GetPath()
+    prototypes = clock.integers(instancer.GetProtoIndicesAttr())
+    positions = clock.vectors(instancer.GetPositionsAttr(), 3)
+    if prototypes is None or positions is None:
+        report.warn("usd-instancer", "an instancer without indices or positions is empty", path)
+        return None
+    count = len(prototypes)
+    usable = np.ones(count, bool)
+    exact = instancer.GetOrientationsfAttr()
+    halfs = instancer.GetOrientationsAttr()
+    scales = clock.vectors(instancer.GetScalesAttr(), 3)
+    orientations = clock.vectors(exact if exact.HasAuthoredValue() else halfs, 4)
+    arrays: dict[str, FloatArray] = {"positions": positions}
+    if scales is not None and len(scales):
+        arrays["scales"] = scales
+    if orientations is not None and len(orientations):
+        arrays["orientations"] = orientations
+    for name, array in arrays.items():
+        if len(array) != count:
+            message = f"{len(array)} `{name}` for {count} instances: those without are left out"
+            report.warn("usd-instancer", message, path)
+        usable[len(array) :] = False
+        arrays[name] = _padded(array, count)
+        finite = np.asarray(np.isfinite(arrays[name]).all(axis=1))
+        _leave_out(usable, ~finite, f"`{name}` are not finite", report, path)
+    targets = len(instancer.GetPrototypesRel().GetForwardedTargets())
+    outside = (prototypes < 0) | (prototypes >= targets)
+    _leave_out(usable, outside, "prototype index is out of range", report, path)
+    usable &= ~_masked(instancer, clock, count, report)
+    return Points(prototypes, arrays["positions"], arrays["scales"], arrays["orientations"], usable)
+
+
+def _padded(array: FloatArray, count: int) -> FloatArray:
+    if len(array) >= count:
+        return array[:count]
+    return np.concatenate((array, np.zeros((count - len(array), array.shape[1]))))
+
+
+def _leave_out(
+    usable: NDArray[np.bool_], wrong: NDArray[np.bool_], reason: str, report: Report, path: Any
+) -> None:
+    number = int(np.count_nonzero(usable & wrong))
+    usable &= ~wrong
+    if number:
+        message = f"{number} instances whose {reason} are left out"
+        report.warn("usd-instancer", message, path)
+
+
+def _masked(instancer: Any, clock: Clock, count: int, report: Report) -> NDArray[np.bool_]:
+    """Which instances are invisible or inactive: listed by id, or by index if there are no ids."""
+    ids = clock.integers(instancer.GetIdsAttr())
+    if ids is not None and len(ids) != count:
+        message = f"{len(ids)} `ids` for {count} instances: positions in the arrays are the ids"
+        report.warn("usd-instancer", message, instancer.GetPath())
+        ids = None
+    if ids is None:
+        ids = np.arange(count)
+    invisible = clock.integers(instancer.GetInvisibleIdsAttr())
+    inactive = instancer.GetPrim().GetMetadata("inactiveIds")
+    hidden = [np.empty(0, np.int64) if invisible is None else invisible]
+    if inactive is not None:
+        hidden.append(np.array(inactive.ApplyOperations([]), dtype=np.int64))
+    return np.isin(ids, np.concatenate(hidden))
+
+
+def _rotation_matrices(quaternions: FloatArray) -> FloatArray:
+    """Matrices `(n, 12)`, 3x4 row by row, by the formula that usd-core uses (no division)."""
+    x, y, z, w = quaternions.T
+    zero = np.zeros_like(x)
+    entries = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (z * x + y * w), zero),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (z * z + x * x), 2.0 * (y * z - x * w), zero),
+        (2.0 * (z * x - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (y * y + x * x), zero),
+    )
+    return np.stack([entry for row in entries for entry in row], axis=1)

@@ -1,0 +1,99 @@
+"""Lights of UsdLux as suns, point lights and the sky.
+
+Emission is colour · intensity · 2^exposure, times the colour of the temperature if enabled:
+radiance, at intensity 1 one unit. A sun's irradiance is its radiance times the solid angle of its
+disc; a ball's intensity is its radiance times the area of its disc. `normalize` divides by that
+solid angle, or by the ball's surface, after the light's scale.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from pxr import Gf, UsdLux
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from dsl.scene import Color, Origin, PointLight, Sky, Sun
+
+Light = Sun | PointLight | Sky
+
+
+def read_light(
+    prim: Any, world_from_light: Any, clock: Clock, report: Report, origin: Origin
+) -> Light | None:
+    """One light in world space, or None (reported) for a kind that is not handled.
+
+    `world_from_light` is a Gf.Matrix4d (row vectors).
+    """
+    path = prim.GetPath()
+    kind = prim.GetTypeName()
+    emission = _emission(prim, clock)
+    for name in ("light:filters", "light:link"):
+        relationship = prim.GetRelationship(name)
+        if relationship and relationship.HasAuthoredTargets():
+            report.warn("usd-light", f"`{name}` of lights is not used", path)
+    if prim.HasAPI(UsdLux.ShapingAPI) and any(
+        name.startswith("inputs:shaping:") for name in prim.GetAuthoredPropertyNames()
+    ):
+        report.warn("usd-light", "the shaping of lights is not used", path)
+    if kind == "DistantLight":
+        return _sun(prim, emission, world_from_light, clock, origin)
+    if kind == "SphereLight":
+        return _ball(prim, emission, world_from_light, clock, origin)
+    if kind in ("DomeLight", "DomeLight_1"):
+        texture = clock.value(prim.GetAttribute("inputs:texture:file"))
+        if texture is not None and texture.path:
+            message = "a dome light's texture is not used; its colour lights uniformly"
+            report.warn("usd-light", message, path)
+        return Sky(emission, origin)
+    report.warn("usd-light", f"`{kind}` lights are not handled", path)
+    return None
+
+
+def _emission(prim: Any, clock: Clock) -> Color:
+    value = clock.value(_input(prim, "color"))
+    color = np.array(value if value is not None else (1.0, 1.0, 1.0), dtype=np.float64)
+    intensity = clock.number(_input(prim, "intensity"), 1.0)
+    # Beyond this the product overflows whatever the intensity.
+    exposure = min(max(clock.number(_input(prim, "exposure"), 0.0), -1000.0), 1000.0)
+    if clock.value(_input(prim, "enableColorTemperature")):
+        kelvin = clock.number(_input(prim, "colorTemperature"), 6500.0)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
+    r, g, b = (float(x) for x in np.nan_to_num(color * intensity * 2.0**exposure))
+    return (r, g, b)
+
+
+def _input(prim: Any, name: str) -> Any:
+    """An input's attribute, by its old name in files that have only that."""
+    attribute = prim.GetAttribute(f"inputs:{name}")
+    if attribute and attribute.HasAuthoredValue():
+        return attribute
+    old = prim.GetAttribute(name)
+    return old if old and old.HasAuthoredValue() else attribute
+
+
+def _scaled(emission: Color, factor: float) -> Color:
+    return (emission[0] * factor, emission[1] * factor, emission[2] * factor)
+
+
+def _sun(prim: Any, emission: Color, world: Any, clock: Clock, origin: Origin) -> Sun:
+    angle = min(abs(clock.number(_input(prim, "angle"), 0.53)), 180.0)
+    solid_angle = math.pi * math.sin(math.radians(angle / 2.0)) ** 2
+    normalized = angle == 0.0 or bool(clock.value(_input(prim, "normalize")))
+    x, y, z = world.TransformDir(Gf.Vec3d(0.0, 0.0, -1.0))
+    irradiance = _scaled(emission, 1.0 if normalized else solid_angle)
+    return Sun((x, y, z), irradiance, angle, origin)
+
+
+def _ball(prim: Any, emission: Color, world: Any, clock: Clock, origin: Origin) -> PointLight:
+    axes = np.array(world)[:3, :3]
+    scale = float(np.linalg.norm(axes, axis=1).mean())
+    radius = abs(clock.number(_input(prim, "radius"), 0.5)) * scale
+    # Power per solid angle of a ball of radiance 1: its disc; normalised, the disc over the ball.
+    factor = 0.25 if clock.value(_input(prim, "normalize")) else math.pi * radius**2
+    point = bool(clock.value(prim.GetAttribute("treatAsPoint")))
+    x, y, z = world.ExtractTranslation()
+    return PointLight((x, y, z), _scaled(emission, factor), 0.0 if point else radius, origin)

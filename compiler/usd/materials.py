@@ -1,0 +1,123 @@
+"""Materials: UsdPreviewSurface with constant inputs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pxr import Sdf, UsdShade
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from dsl.scene import DEFAULT_MATERIAL, Color, Material
+
+_INPUTS = {
+    "emissiveColor": "emission",
+    "diffuseColor": "diffuse",
+    "specularColor": "specular",
+    "metallic": "metallic",
+    "roughness": "roughness",
+    "clearcoat": "clearcoat",
+    "clearcoatRoughness": "clearcoat_roughness",
+    "opacity": "opacity",
+    "opacityThreshold": "opacity_threshold",
+    "ior": "ior",
+}
+_COLORS = {"emission", "diffuse", "specular"}
+_IGNORED = {"normal", "displacement", "occlusion", "opacityMode"}
+
+
+def color(value: Any) -> Color | None:
+    """Three finite numbers, or None."""
+    try:
+        r, g, b = (float(x) for x in value)
+    except (TypeError, ValueError):
+        return None
+    return (r, g, b) if all(map(math.isfinite, (r, g, b))) else None
+
+
+class Materials:
+    """Reads the materials of a stage, each once."""
+
+    def __init__(self, clock: Clock, report: Report) -> None:
+        self._clock = clock
+        self._report = report
+        self._read: dict[Sdf.Path, Material] = {}
+
+    def read(self, material: Any) -> Material:
+        """The parameters of a UsdShade.Material; the default where its surface is unknown."""
+        path = material.GetPath()
+        if path not in self._read:
+            self._read[path] = self._surface(material)
+        return self._read[path]
+
+    def _surface(self, material: Any) -> Material:
+        shader = material.ComputeSurfaceSource()[0]
+        if not shader:
+            self._report.warn(
+                "usd-material",
+                "a material without a surface that can be read is drawn in the default one",
+                material.GetPath(),
+            )
+            return DEFAULT_MATERIAL
+        identifier = shader.GetShaderId() or "without an identifier"
+        if identifier != "UsdPreviewSurface":
+            self._report.warn(
+                "usd-material",
+                f"surface shader `{identifier}` is drawn as the default material",
+                shader.GetPath(),
+            )
+            return DEFAULT_MATERIAL
+        parameters: dict[str, Any] = {}
+        for name, parameter in _INPUTS.items():
+            value = self._value(shader, name)
+            read = color(value) if parameter in _COLORS else _number(value)
+            if read is not None:
+                parameters[parameter] = read
+            elif value is not None:
+                message = f"`inputs:{name}` has no finite value of its type"
+                self._report.warn("usd-material", message, shader.GetPath())
+        for name in sorted(_IGNORED):
+            port = shader.GetInput(name)
+            if port and port.HasConnectedSource():
+                message = f"`inputs:{name}` of surfaces is not used"
+                self._report.warn("usd-material", message, shader.GetPath())
+        workflow = self._value(shader, "useSpecularWorkflow")
+        return Material(specular_workflow=bool(workflow), **parameters)
+
+    def _value(self, shader: Any, name: str) -> Any:
+        """An input's constant, also through a material's interface; None where it has none."""
+        port = shader.GetInput(name)
+        if not port:
+            return None
+        for source in port.GetValueProducingAttributes():
+            if UsdShade.Input.IsInput(source):
+                return self._clock.value(source)
+            self._report.warn(
+                "usd-material",
+                f"`inputs:{name}` comes from a network, and is replaced by a constant",
+                shader.GetPath(),
+            )
+            return self._fallback(source)
+        return None
+
+    def _fallback(self, output: Any) -> Any:
+        """What a texture or primvar reader says to use in its stead."""
+        port = UsdShade.Shader(output.GetPrim()).GetInput("fallback")
+        value = self._clock.value(port.GetAttr()) if port else None
+        if value is None:
+            return None
+        channels = {"r": 0, "g": 1, "b": 2, "a": 3}
+        name = UsdShade.Output(output).GetBaseName()
+        try:
+            return value[channels[name]] if name in channels else list(value)[:3]
+        except (TypeError, IndexError):
+            return value
+
+
+def _number(value: Any) -> float | None:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None

@@ -1,0 +1,157 @@
+"""Opening a stage and importing it."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
+from typing import Any, Literal
+
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdUtils
+
+from compiler.usd.cameras import read_camera
+from compiler.usd.clock import Clock
+from compiler.usd.lights import read_light
+from compiler.usd.options import StageOptions
+from compiler.usd.report import Report
+from compiler.usd.traverse import Inherited, Traversal
+from compiler.usd.xform import world_matrix, world_steps
+from dsl.diagnostics import Diagnostic
+from dsl.scene import Group, Instances, Node, Origin, SceneGraph, Settings, Transform
+from dsl.spans import PrimPlace
+
+_one_at_a_time = threading.Lock()
+"""usd-core hands its warnings to the process, not to who asked: one import at a time sees them."""
+
+_PATH = re.compile(r"<(/[^<>]*)>")
+_ADDRESS = re.compile(r"\s*\((instantiating stage|getting location)[^)]*\)|\s*<0x[0-9a-f]+>")
+
+
+def read_stage(
+    path: str, time: float | Literal["earliest"] | None, prim: str | None, options: StageOptions
+) -> tuple[SceneGraph, list[Diagnostic]]:
+    """See `compiler.usd.import_stage`."""
+    report = Report(path)
+    items: list[Node] = []
+    with _one_at_a_time, _collected_warnings(report):
+        stage = _open(path, options, report)
+        if stage is not None:
+            items = _import(stage, path, Clock(_checked(time, report)), prim, options, report)
+    root = items[0] if len(items) == 1 else Group(tuple(items))
+    return SceneGraph(root, path, {path: ""}), report.diagnostics()
+
+
+def _checked(
+    time: float | Literal["earliest"] | None, report: Report
+) -> float | Literal["earliest"] | None:
+    if isinstance(time, (int, float)) and not math.isfinite(time):
+        report.fail("usd-time", f"the time code {time} is not finite")
+        return None
+    return time
+
+
+def _open(path: str, options: StageOptions, report: Report) -> Any | None:
+    """Open the stage, unless reading it could go wrong for good."""
+    load = Usd.Stage.LoadAll if options.payloads else Usd.Stage.LoadNone
+    try:
+        stage = Usd.Stage.Open(path, load)
+    except Tf.ErrorException as error:
+        report.fail("usd-open", f"the stage cannot be opened: {_sentence(str(error))}")
+        return None
+    for layer in stage.GetUsedLayers():
+        rate = layer.timeCodesPerSecond
+        if not math.isfinite(rate) or rate <= 0.0:
+            # usd-core never returns from listing the samples of such a layer.
+            report.fail(
+                "usd-time",
+                f"`timeCodesPerSecond = {rate:g}` of layer `{layer.GetDisplayName()}` "
+                "is not positive",
+                help="remove it, or set it to the number of time codes in a second, such as 24",
+            )
+    return None if report.failed else stage
+
+
+def _import(
+    stage: Any,
+    name: str,
+    clock: Clock,
+    only: str | None,
+    options: StageOptions,
+    report: Report,
+) -> list[Node]:
+    root = stage.GetPseudoRoot() if only is None else _find(stage, only, report)
+    if root is None or report.failed:
+        return []
+    traversal = Traversal(stage, name, clock, report, options)
+    parent = root.GetParent() if only is not None else None
+    above = traversal.inherited(parent) if parent else Inherited()
+    frame = traversal.walk(root, above, Sdf.Path.absoluteRootPath)
+    items = list(frame.items)
+    chain = world_steps(parent, clock, report) if parent else ()
+    if chain and items:
+        items = [Instances(Group(tuple(items)), Transform(chain))]
+    items += frame.hoisted
+    for path in frame.placed:
+        items += _placed(stage.GetPrimAtPath(path), traversal, name)
+    up = UsdGeom.GetStageUpAxis(stage)
+    if up not in ("Y", "Z"):
+        report.warn("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
+    if up == "Z":
+        items.append(Settings(up="z"))
+    return items
+
+
+def _find(stage: Any, only: str, report: Report) -> Any | None:
+    found = None
+    if Sdf.Path.IsValidPathString(only):
+        path = Sdf.Path(only)
+        if path.IsAbsoluteRootOrPrimPath():
+            found = stage.GetPrimAtPath(path.MakeAbsolutePath(Sdf.Path.absoluteRootPath))
+    if found:
+        return found
+    known = [str(prim.GetPath()) for prim in stage.Traverse()]
+    close = get_close_matches(only, known[:10_000], 1)
+    help = f"did you mean `{close[0]}`?" if close else None
+    report.fail("usd-prim", f"the stage has no prim `{only}`", help=help)
+    return None
+
+
+def _placed(prim: Any, traversal: Traversal, name: str) -> list[Node]:
+    """A camera or light, in stage space."""
+    path = str(prim.GetPath())
+    origin = Origin(PrimPlace(name, path), path)
+    clock, report = traversal.clock, traversal.report
+    if prim.GetTypeName() == "Camera":
+        camera = read_camera(prim, clock, report, origin)
+        if camera is None:
+            return []
+        return [Instances(camera, Transform(world_steps(prim, clock, report)))]
+    if not prim.HasAPI(UsdLux.LightAPI) or not traversal.inherited(prim).visible:
+        return []
+    light = read_light(prim, world_matrix(prim, clock), clock, report, origin)
+    return [] if light is None else [light]
+
+
+@contextmanager
+def _collected_warnings(report: Report) -> Iterator[None]:
+    """Take usd-core's own warnings into the report instead of onto stderr."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        for found in delegate.TakeUncoalescedDiagnostics():
+            text = found.commentary
+            place = _PATH.search(text)
+            prim = place.group(1).split(".")[0] if place else "/"
+            report.warn("usd-composition", f"usd-core: {_sentence(text)}", prim or "/")
+        del delegate
+
+
+def _sentence(text: str) -> str:
+    """One line of usd-core's message, without addresses in memory."""
+    quoted = re.search(r": '(.*)'\s*$", text, re.DOTALL)
+    line = " ".join(_ADDRESS.sub("", quoted.group(1) if quoted else text).split())
+    return line[:400].rstrip(".")

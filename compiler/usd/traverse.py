@@ -1,0 +1,318 @@
+"""One walk over a stage: prims to nodes, with native instances kept as instances.
+
+A *frame* is what is walked at once: the stage, the inside of a native instance, or one prototype
+of a point instancer. Equal insides are walked once: the nodes of a frame name prims relative to
+its base (the root of the innermost native instance), and say nothing about what is above it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from pxr import Sdf, Usd, UsdGeom, UsdLux
+
+from compiler.usd.appearance import Appearance, has_collection_bindings, is_below
+from compiler.usd.clock import Clock
+from compiler.usd.gprims import Gprims, is_unsupported
+from compiler.usd.instancer import point_batches
+from compiler.usd.meshes import Meshes
+from compiler.usd.options import StageOptions
+from compiler.usd.report import Report
+from compiler.usd.xform import local_steps
+from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
+from dsl.spans import PrimPlace
+
+NESTING = 100
+"""Levels of instances within instances; deeper ones are dropped."""
+
+DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
+"""Prototypes of point instancers may be classes or overs, which are not drawn in place."""
+
+PURPOSES = frozenset({"default", "render", "proxy", "guide"})
+
+
+@dataclass(frozen=True, slots=True)
+class Inherited:
+    """What a prim passes on to those below it."""
+
+    visible: bool = True
+    purpose: str = "default"
+    collections: bool = False  # whether a material collection above may single out prims
+
+
+@dataclass(slots=True)
+class Frame:
+    """What a walk found.
+
+    `items` are placed by whatever encloses the frame; `hoisted` have reset their transform stack
+    and are placed by the enclosing stage or point instance only. `placed` are paths, relative to
+    the base, of cameras and lights, which belong to the stage and not to a prototype. `shared`
+    is false if a node depends on values above the base.
+    """
+
+    base: Sdf.Path
+    items: list[Node] = field(default_factory=list)
+    hoisted: list[Node] = field(default_factory=list)
+    placed: list[str] = field(default_factory=list)
+    shared: bool = True
+
+    def label(self, path: Sdf.Path) -> str:
+        """A path relative to the base."""
+        text = str(path)
+        return text if self.base.IsAbsoluteRootPath() else text[len(str(self.base)) :]
+
+
+@dataclass(slots=True)
+class Visit:
+    """A prim on the way: `below` collects the nodes of its children, last child first."""
+
+    prim: Any
+    parent: int
+    inherited: Inherited
+    own: list[Node] = field(default_factory=list)
+    below: list[Node] = field(default_factory=list)
+
+
+class Traversal:
+    """Walks the stage; one per import."""
+
+    def __init__(
+        self, stage: Any, name: str, clock: Clock, report: Report, options: StageOptions
+    ) -> None:
+        self.stage = stage
+        self.name = name
+        self.clock = clock
+        self.report = report
+        self.appearance = Appearance(clock, report)
+        self._options = options
+        self._gprims = Gprims(clock, report)
+        self._meshes = Meshes(clock, report, self.appearance)
+        self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
+        self._open: list[tuple[object, ...]] = []
+
+    def inherited(self, prim: Any) -> Inherited:
+        """What a prim passes on, from all its ancestors and itself."""
+        result = Inherited()
+        for path in prim.GetPath().GetPrefixes():
+            result = self._inherit(result, self.stage.GetPrimAtPath(path))
+        return result
+
+    def origin(self, prim: Any, frame: Frame, point: bool = False) -> Origin:
+        """The origin of an edge that `prim` made."""
+        path = prim.GetPath()
+        return Origin(PrimPlace(self.name, str(path)), frame.label(path), point=point)
+
+    def walk(
+        self,
+        root: Any,
+        above: Inherited,
+        base: Sdf.Path,
+        *,
+        inside: bool = False,
+        predicate: Any = DRAWN,
+    ) -> Frame:
+        """Walk the prims at and below `root`, or only those below it (`inside`)."""
+        frame = Frame(base)
+        visits = self._visits(root, above, inside, predicate)
+        self.appearance.resolve(
+            visit.prim
+            for visit in visits
+            if visit.inherited.visible
+            and (visit.prim.IsInstance() or visit.prim.IsA(UsdGeom.Imageable))
+        )
+        for visit in visits[1:] if inside else visits:
+            self._draw(visit, frame)
+        # Children come after their parents: backwards, every prim finds its children's nodes.
+        for index in range(len(visits) - 1, -1, -1):
+            visit = visits[index]
+            items = [*visit.own, *reversed(visit.below)]
+            if index == 0 and inside:
+                frame.items += items
+                break
+            if not items:
+                continue
+            steps, reset = local_steps(visit.prim, self.clock, self.report)
+            placed = [_placed(items, steps)] if steps else items
+            if reset and not visit.prim.IsPseudoRoot():
+                frame.hoisted += placed
+            elif index == 0:
+                frame.items += placed
+            else:
+                visits[visit.parent].below += reversed(placed)
+        return frame
+
+    def prototype(self, root: Any, above: Inherited, base: Sdf.Path) -> tuple[Node | None, bool]:
+        """One prototype of a point instancer in its own space, and whether it can be shared."""
+        key = ("point", root.GetPath(), above, base)
+        entry = self._entry(
+            key, lambda: self.walk(root, above, base, predicate=PROTOTYPE), root.GetPath()
+        )
+        if entry is None:
+            return None, True
+        frame, node, hoisted = entry
+        for path in frame.placed:
+            self.report.warn(
+                "usd-instancer", "cameras and lights in point instances are left out", path
+            )
+        return _group([item for item in (node, hoisted) if item is not None]), frame.shared
+
+    def _visits(self, root: Any, above: Inherited, inside: bool, predicate: Any) -> list[Visit]:
+        visits: list[Visit] = []
+        ancestors: list[int] = []
+        depth = root.GetPath().pathElementCount
+        prims = iter(Usd.PrimRange(root, predicate))
+        for prim in prims:
+            level = prim.GetPath().pathElementCount - depth
+            del ancestors[level:]
+            parent = ancestors[-1] if ancestors else -1
+            passed = visits[parent].inherited if ancestors else above
+            at_base = inside and not visits
+            visits.append(Visit(prim, parent, passed if at_base else self._inherit(passed, prim)))
+            ancestors.append(len(visits) - 1)
+            if not at_base and (prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer)):
+                prims.PruneChildren()
+        return visits
+
+    def _inherit(self, above: Inherited, prim: Any) -> Inherited:
+        visible, purpose = above.visible, above.purpose
+        imageable = UsdGeom.Imageable(prim)
+        if imageable:
+            visible = visible and (
+                self.clock.token(imageable.GetVisibilityAttr()) != UsdGeom.Tokens.invisible
+            )
+            attribute = imageable.GetPurposeAttr()
+            if attribute.HasAuthoredValue():
+                purpose = self.clock.token(attribute) or purpose
+        collections = above.collections or has_collection_bindings(prim)
+        return Inherited(visible, purpose, collections)
+
+    def _draw(self, visit: Visit, frame: Frame) -> None:
+        """Make the nodes of one prim, in its own space."""
+        prim, inherited = visit.prim, visit.inherited
+        kind = str(prim.GetTypeName())
+        if prim.IsA(UsdGeom.PointInstancer):
+            if inherited.visible:
+                visit.own += point_batches(self, prim, inherited, frame)
+            return
+        if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
+            frame.placed.append(frame.label(prim.GetPath()))
+        if self._is_drawn(prim, kind, inherited):
+            if kind == "Mesh":
+                self._draw_mesh(visit, frame)
+            elif kind in self._gprims:
+                self._draw_gprim(visit, frame, kind)
+            elif is_unsupported(prim) and not prim.HasAPI(UsdLux.LightAPI):
+                self.report.warn("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
+        if prim.IsInstance():
+            self._draw_instance(visit, frame)
+
+    def _is_drawn(self, prim: Any, kind: str, inherited: Inherited) -> bool:
+        if kind and not prim.GetPrimTypeInfo().GetSchemaType():
+            message = f"prims of the unknown type `{kind}` are not drawn, only those below"
+            self.report.warn("usd-unsupported", message, prim.GetPath())
+            return False
+        if not inherited.visible or not prim.IsA(UsdGeom.Boundable):
+            return False
+        if inherited.purpose not in PURPOSES:
+            message = f"prims of the unknown purpose `{inherited.purpose}` are not drawn"
+            self.report.warn("usd-attribute", message, prim.GetPath())
+        return inherited.purpose in self._options.purposes
+
+    def _draw_gprim(self, visit: Visit, frame: Frame, kind: str) -> None:
+        placed = self._gprims.read(kind, visit.prim)
+        if placed is None:
+            return
+        shape, steps = placed
+        child = bound(shape, self.material(visit.prim, frame))
+        origin = self.origin(visit.prim, frame)
+        visit.own.append(Instances(child, Transform(steps), origin=origin))
+
+    def _draw_mesh(self, visit: Visit, frame: Frame) -> None:
+        prim = visit.prim
+        binding = self.appearance.binding(prim)
+        display = None if binding else self.appearance.display(prim, frame.base)
+        if display is not None and display.below and display.above:
+            frame.shared = False
+        origin = self.origin(prim, frame)
+        for mesh, material in self._meshes.parts(prim, binding, display, frame.base):
+            visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
+
+    def material(self, prim: Any, frame: Frame) -> Material | None:
+        """The material that belongs to the frame; None where it comes from above, or nowhere."""
+        binding = self.appearance.binding(prim)
+        if binding is not None:
+            return binding.material if is_below(binding.source, frame.base) else None
+        display = self.appearance.display(prim, frame.base)
+        if display is None or not display.below:
+            return None
+        if display.above:
+            frame.shared = False
+        return display.material()
+
+    def _draw_instance(self, visit: Visit, frame: Frame) -> None:
+        prim, inherited = visit.prim, visit.inherited
+        path = prim.GetPath()
+        binding = self.appearance.binding(prim)
+        key = (
+            "native",
+            prim.GetPrototype().GetPath(),
+            inherited,
+            (binding is not None, binding is not None and binding.strong),
+            path if inherited.collections else None,
+        )
+        entry = self._entry(key, lambda: self.walk(prim, inherited, path, inside=True), path)
+        if entry is None:
+            return
+        inner, node, hoisted = entry
+        frame.shared = frame.shared and inner.shared
+        label = frame.label(path)
+        frame.placed += [label + relative for relative in inner.placed]
+        material = self.material(prim, frame)
+        origin = self.origin(prim, frame)
+        if node is not None:
+            visit.own.append(Instances(bound(node, material), Transform(), origin=origin))
+        if hoisted is not None:
+            frame.hoisted.append(Instances(bound(hoisted, material), Transform(), origin=origin))
+
+    def _entry(
+        self, key: tuple[object, ...], walk: Any, path: Sdf.Path
+    ) -> tuple[Frame, Node | None, Node | None] | None:
+        """The frame of that key with its nodes, walked at most once; None within itself."""
+        if key in self._frames:
+            return self._frames[key]
+        if key in self._open:
+            self.report.warn("usd-instancer", "a prototype that contains itself is left out", path)
+            return None
+        if len(self._open) >= NESTING:
+            message = f"instances nested more than {NESTING} levels deep are left out"
+            self.report.warn("usd-instancer", message, path)
+            return None
+        self._open.append(key)
+        try:
+            frame = walk()
+        finally:
+            self._open.pop()
+        entry = (frame, _group(frame.items), _group(frame.hoisted))
+        if frame.shared:
+            self._frames[key] = entry
+        return entry
+
+
+def bound(node: Node, material: Material | None) -> Node:
+    """Bind a material, if there is one."""
+    return node if material is None else Bind(node, material)
+
+
+def _group(items: list[Node]) -> Node | None:
+    if len(items) <= 1:
+        return items[0] if items else None
+    return Group(tuple(items))
+
+
+def _placed(items: list[Node], steps: tuple[Step, ...]) -> Node:
+    """Items under one transform; a single edge takes the steps into its own chain."""
+    if len(items) == 1 and isinstance(items[0], Instances):
+        return replace(items[0], transform=Transform(items[0].transform.steps + steps))
+    return Instances(Group(tuple(items)), Transform(steps))

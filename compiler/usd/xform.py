@@ -1,0 +1,152 @@
+"""Transform stacks of prims as chains of elementary steps.
+
+A stack's operations apply to a point from last to first (USD multiplies row vectors from the
+left), so a chain in reading order is the stack reversed. Translations, scales and rotations stay
+what they are, so that their inverses are exact; only `transform` operations become matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from pxr import Gf, UsdGeom
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from dsl.scene import FloatArray, Step, StepKind, Transform
+
+Op = UsdGeom.XformOp
+
+_UNIT = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_TRANSLATE = {Op.TypeTranslateX: 0, Op.TypeTranslateY: 1, Op.TypeTranslateZ: 2}
+_SCALE = {Op.TypeScaleX: 0, Op.TypeScaleY: 1, Op.TypeScaleZ: 2}
+_ROTATE = {
+    Op.TypeRotateX: "X",
+    Op.TypeRotateY: "Y",
+    Op.TypeRotateZ: "Z",
+    Op.TypeRotateXYZ: "XYZ",
+    Op.TypeRotateXZY: "XZY",
+    Op.TypeRotateYXZ: "YXZ",
+    Op.TypeRotateYZX: "YZX",
+    Op.TypeRotateZXY: "ZXY",
+    Op.TypeRotateZYX: "ZYX",
+}
+"""The axes in the order in which the rotations apply to a point."""
+
+UNIT_SLACK = 2.0**-8
+"""Quaternions whose squared length is this near to 1 count as unit: the rounding of halfs.
+
+Those are taken by usd-core's own formulas, so that places agree with it to the last digits; for
+others these formulas give no rotation at all, and they are normalised first.
+"""
+
+
+def rotation(axis: str, degrees: float) -> Step:
+    """A rotation about the X, Y or Z axis."""
+    return Step(StepKind.ROTATE, np.array([*_UNIT[axis], degrees]))
+
+
+def unit_quaternions(quaternions: FloatArray) -> FloatArray:
+    """Normalise what is not unit; `(n, 4)` imaginary part first, zero becomes the identity."""
+    squared = np.einsum("ij,ij->i", quaternions, quaternions)
+    result = quaternions.copy()
+    far = np.abs(squared - 1.0) > UNIT_SLACK
+    result[far] /= np.sqrt(np.where(squared[far] > 0.0, squared[far], 1.0))[:, None]
+    result[squared == 0.0] = (0.0, 0.0, 0.0, 1.0)
+    return result
+
+
+def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ...], bool]:
+    """Steps of a prim's own transform, and whether it resets those of its parents."""
+    xformable = UsdGeom.Xformable(prim)
+    if not xformable or not xformable.GetXformOpOrderAttr().HasAuthoredValue():
+        return (), False
+    steps: list[Step] = []
+    for op in reversed(xformable.GetOrderedXformOps()):
+        own = _op_steps(op, clock.value(op.GetAttr()), prim, report)
+        steps += Transform(own).inverted().steps if op.IsInverseOp() else own
+    return tuple(steps), bool(xformable.GetResetXformStack())
+
+
+def world_steps(prim: Any, clock: Clock, report: Report) -> tuple[Step, ...]:
+    """Steps from a prim's own space to the stage's."""
+    steps: list[Step] = []
+    for each in _up(prim):
+        steps += local_steps(each, clock, report)[0]
+    return tuple(steps)
+
+
+def world_matrix(prim: Any, clock: Clock) -> Any:
+    """Stage from a prim's own space, as usd-core's Gf.Matrix4d (row vectors)."""
+    matrix = Gf.Matrix4d(1.0)
+    for each in _up(prim):
+        for op in reversed(UsdGeom.Xformable(each).GetOrderedXformOps()):
+            matrix *= op.GetOpTransform(clock.code(op.GetAttr()))
+    return matrix
+
+
+def _up(prim: Any) -> Iterator[Any]:
+    """The transformable prims from this one up to the root, or to one that resets its stack."""
+    while prim and not prim.IsPseudoRoot():
+        xformable = UsdGeom.Xformable(prim)
+        if xformable:
+            yield prim
+            if xformable.GetResetXformStack():
+                return
+        prim = prim.GetParent()
+
+
+def _op_steps(op: Any, value: Any, prim: Any, report: Report) -> tuple[Step, ...]:
+    """Steps of one operation, never inverted; none for one without a usable value."""
+    if value is None:
+        return ()
+    kind = op.GetOpType()
+    try:
+        numbers = _numbers(kind, value)
+    except (TypeError, ValueError, AttributeError):
+        numbers = np.array([np.nan])
+    if not np.isfinite(numbers).all():
+        message = f"`{op.GetOpName()}` has no finite value of its type and is left out"
+        report.warn("usd-transform", message, prim.GetPath())
+        return ()
+    if kind in _ROTATE:
+        axes = _ROTATE[kind]
+        angles = dict(zip("XYZ", numbers, strict=True)) if len(axes) == 3 else {axes: numbers[0]}
+        return tuple(rotation(axis, float(angles[axis])) for axis in axes)
+    if kind == Op.TypeTranslate or kind in _TRANSLATE:
+        return (Step(StepKind.TRANSLATE, numbers),)
+    if kind == Op.TypeScale or kind in _SCALE:
+        return (Step(StepKind.SCALE, numbers),)
+    if kind == Op.TypeOrient:
+        return (Step(StepKind.ROTATE, _axis_angle(numbers)),)
+    rows = numbers.reshape(4, 4)
+    if not np.array_equal(rows[:, 3], (0.0, 0.0, 0.0, 1.0)):
+        message = f"`{op.GetOpName()}` is projective; only its affine part is used"
+        report.warn("usd-transform", message, prim.GetPath())
+    return (Step(StepKind.MATRIX, np.ascontiguousarray(rows[:, :3].T).ravel()),)
+
+
+def _numbers(kind: Any, value: Any) -> FloatArray:
+    if kind in _TRANSLATE:
+        numbers = np.zeros(3)
+        numbers[_TRANSLATE[kind]] = value
+    elif kind in _SCALE:
+        numbers = np.ones(3)
+        numbers[_SCALE[kind]] = value
+    elif kind == Op.TypeOrient:
+        numbers = np.array([*value.GetImaginary(), value.GetReal()], dtype=np.float64)
+    else:
+        numbers = np.atleast_1d(np.array(value, dtype=np.float64)).ravel()
+    return numbers
+
+
+def _axis_angle(quaternion: FloatArray) -> FloatArray:
+    x, y, z, w = unit_quaternions(quaternion[None])[0]
+    length = math.hypot(x, y, z)
+    if length == 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    degrees = math.degrees(2.0 * math.acos(min(max(w, -1.0), 1.0)))
+    return np.array([x / length, y / length, z / length, degrees])
