@@ -3,6 +3,7 @@
 //! Pure Rust but for [`python`]: `cargo test` alone tests it.
 pub mod lanes;
 pub mod ray;
+pub mod render;
 pub mod scalar;
 
 #[cfg(feature = "python")]

@@ -1,0 +1,117 @@
+//! What the threads of a render share, and what each does with a tile.
+use super::camera::View;
+use super::direct::Direct;
+use super::film::Layers;
+use super::light::Lights;
+use super::material::Material;
+use super::occlusion::Occlusion;
+use super::samples::Samples;
+use super::tile::Tile;
+use super::vector::Vec3;
+use super::{Integrator, Picture};
+use crate::ray::{Hit, Ray, Trace};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// The task, the same for all threads.
+pub struct Frame<'a> {
+    pub trace: &'a dyn Trace,
+    pub picture: &'a Picture,
+    pub view: View,
+    pub lights: &'a Lights,
+    pub materials: &'a [Material],
+    /// Whether any material lets light through: only then rays are continued.
+    pub transparent: bool,
+    pub cancelled: &'a AtomicBool,
+    pub rays: &'a AtomicU64,
+}
+
+impl Frame<'_> {
+    /// The closest hits of `rays`.
+    pub fn closest(&self, rays: &[Ray], hits: &mut Vec<Hit>) {
+        hits.resize(rays.len(), Hit::MISS);
+        self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
+        self.trace.closest(rays, hits);
+    }
+
+    /// Whether the `rays` are occluded.
+    pub fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        occluded.resize(rays.len(), false);
+        self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
+        self.trace.occluded(rays, occluded);
+    }
+
+    /// The material of a hit.
+    pub fn material(&self, hit: &Hit) -> &Material {
+        &self.materials[hit.material as usize]
+    }
+
+    /// Whether the render should end; checked between batches.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// Samples per pixel and batch: the rays, hits and vertices of a tile fit into a core's cache.
+const SAMPLES_PER_BATCH: u32 = 4;
+
+/// Camera samples per pixel beyond which ambient occlusion traces several occlusion rays for each
+/// instead: edges are smooth by then, occlusion is not.
+const OCCLUSION_CAMERA_SAMPLES: u32 = 16;
+
+/// One thread: the memory its work needs, kept from tile to tile.
+#[derive(Default)]
+pub struct Worker {
+    samples: Samples,
+    direct: Direct,
+    occlusion: Occlusion,
+}
+
+impl Worker {
+    /// Renders a tile; None if the render is cancelled.
+    pub fn render(&mut self, frame: &Frame, tile: &Tile) -> Option<Layers> {
+        let picture = frame.picture;
+        let occlusion_rays = match picture.integrator {
+            Integrator::AmbientOcclusion { .. } => {
+                picture.samples.div_ceil(OCCLUSION_CAMERA_SAMPLES)
+            }
+            _ => 1,
+        };
+        let per_pixel = picture.samples.div_ceil(occlusion_rays);
+        self.samples.start(picture.seed, tile);
+        for first in (0..per_pixel).step_by(SAMPLES_PER_BATCH as usize) {
+            let samples = &mut self.samples;
+            samples.see(
+                frame,
+                first..per_pixel.min(first + SAMPLES_PER_BATCH),
+                per_pixel,
+            );
+            match picture.integrator {
+                Integrator::Direct => self.direct.light(frame, samples),
+                Integrator::AmbientOcclusion { distance } => {
+                    self.occlusion
+                        .light(frame, samples, distance, occlusion_rays);
+                }
+                Integrator::Normals => {
+                    samples.show(|hit| Vec3::from(hit.normal) * 0.5 + Vec3::ONE * 0.5);
+                }
+                Integrator::Ids => samples.show(|hit| id_color(hit.instance)),
+            }
+            if frame.is_cancelled() {
+                return None;
+            }
+            samples.accumulate();
+        }
+        Some(self.samples.finish(per_pixel))
+    }
+}
+
+/// A colour for a leaf number, never dark: always the same, unlike those of its neighbours.
+fn id_color(instance: i64) -> Vec3 {
+    // The finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+    let mut x = (instance as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^= x >> 31;
+    let channel = |shift: u32| 0.15 + 0.85 / 255.0 * f64::from((x >> shift) as u8);
+    Vec3::new(channel(0), channel(8), channel(16))
+}

@@ -1,0 +1,398 @@
+//! Surface appearance: the parameters of UsdPreviewSurface, prepared for shading.
+//!
+//! The reflectance is Lambert's, below a specular lobe, below a clear coat. Both lobes are
+//! microfacet lobes: GGX distribution, height-correlated Smith shadowing (Heitz, "Understanding
+//! the masking-shadowing function", JCGT 3(2) 2014), Schlick's Fresnel factor; α is roughness².
+//! A lobe whose reflectance at normal incidence is 0 (ior 1, black specular) is left out.
+use super::direction::{Basis, cosine_hemisphere, sin_cos_turns};
+use super::light::Illumination;
+use super::vector::Vec3;
+use std::f64::consts::PI;
+
+/// A material as in `compiler.ir.MATERIAL`, colours linear.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters {
+    /// Diffuse colour; of metals the reflectance at normal incidence.
+    pub diffuse: Vec3,
+    /// Emitted radiance.
+    pub emission: Vec3,
+    /// Take the reflectance at normal incidence from `specular`, not from `ior` and `metallic`.
+    pub specular_workflow: bool,
+    /// Reflectance at normal incidence in the specular workflow.
+    pub specular: Vec3,
+    /// 0 dielectric … 1 metal.
+    pub metallic: f64,
+    /// 0 mirror … 1 dull.
+    pub roughness: f64,
+    /// Weight of the clear coat.
+    pub clearcoat: f64,
+    /// Roughness of the clear coat.
+    pub clearcoat_roughness: f64,
+    /// 0 transparent … 1 opaque.
+    pub opacity: f64,
+    /// Above 0: parts with less opacity are cut out, the others opaque.
+    pub opacity_threshold: f64,
+    /// Index of refraction.
+    pub ior: f64,
+}
+
+/// One microfacet lobe.
+#[derive(Clone, Copy, Debug)]
+struct Lobe {
+    alpha: f64,
+    /// Reflectance at normal incidence.
+    f0: Vec3,
+    /// Reflectance at grazing incidence.
+    f90: f64,
+}
+
+/// A material prepared for shading.
+#[derive(Clone, Copy, Debug)]
+pub struct Material {
+    /// Emitted radiance.
+    pub emission: Vec3,
+    /// How much of what lies behind is hidden, 0 … 1; cut-outs resolved.
+    pub opacity: f64,
+    albedo: Vec3,
+    specular: Option<Lobe>,
+    coat: Option<Lobe>,
+}
+
+/// Narrower lobes are widened to this: their highlights would fall between the samples.
+const SMALLEST_ALPHA: f64 = 1e-3;
+
+impl Material {
+    /// The prepared material. Parameters outside of their ranges are clamped.
+    pub fn new(parameters: &Parameters) -> Material {
+        let p = parameters;
+        let metallic = p.metallic.clamp(0.0, 1.0);
+        let ratio = (1.0 - p.ior) / (1.0 + p.ior);
+        let dielectric = ratio * ratio;
+        let (albedo, f0) = if p.specular_workflow {
+            (p.diffuse, p.specular)
+        } else {
+            let f0 = Vec3::ONE * (dielectric * (1.0 - metallic)) + p.diffuse * metallic;
+            (p.diffuse * (1.0 - metallic), f0)
+        };
+        let lobe = |roughness: f64, f0: Vec3, f90: f64| {
+            let roughness = roughness.clamp(0.0, 1.0);
+            let alpha = (roughness * roughness).max(SMALLEST_ALPHA);
+            (f0 != Vec3::ZERO).then_some(Lobe { alpha, f0, f90 })
+        };
+        let opacity = p.opacity.clamp(0.0, 1.0);
+        let clearcoat = p.clearcoat.clamp(0.0, 1.0);
+        Material {
+            emission: p.emission,
+            opacity: if p.opacity_threshold > 0.0 {
+                f64::from(u8::from(opacity >= p.opacity_threshold))
+            } else {
+                opacity
+            },
+            albedo,
+            // Below 2 % no real surface is: it fades out at grazing incidence too (Lagarde and de
+            // Rousiers, "Moving Frostbite to PBR", 2014).
+            specular: lobe(p.roughness, f0, (50.0 * f0.x.max(f0.y).max(f0.z)).min(1.0)),
+            coat: lobe(
+                p.clearcoat_roughness,
+                Vec3::ONE * (dielectric * clearcoat),
+                clearcoat,
+            ),
+        }
+    }
+
+    /// Radiance towards `view` that the light causes on a surface of unit normal `normal`.
+    ///
+    /// The lobes are evaluated once, at the axis of the light, widened by its angular radius (a
+    /// half vector turns half as far as the light): highlights of small lights on smooth
+    /// surfaces are then free of noise.
+    #[inline]
+    pub fn reflect_light(&self, normal: Vec3, view: Vec3, light: &Illumination) -> Vec3 {
+        let facing = normal.dot(light.towards);
+        if facing <= 0.0 {
+            return Vec3::ZERO;
+        }
+        if self.specular.is_none() && self.coat.is_none() {
+            return self.albedo * light.irradiance * (facing / PI);
+        }
+        let angles = Angles::new(normal, view, light.axis);
+        let widening = 0.25 * light.sin * light.sin;
+        self.reflectance(facing, &angles, widening) * light.irradiance
+    }
+
+    /// A direction drawn for light from everywhere, and its weight: reflectance times cosine over
+    /// density. None for directions below the surface, which carry nothing.
+    ///
+    /// One of the lobes is drawn by its importance and all are evaluated (the one-sample balance
+    /// heuristic of Veach, 1997, § 9.2.4), so that no weight is large.
+    #[inline]
+    pub fn draw(&self, normal: Vec3, view: Vec3, [u, v]: [f64; 2]) -> Option<(Vec3, Vec3)> {
+        let basis = Basis::new(normal);
+        let Some(specular) = self.specular.or(self.coat) else {
+            return Some((basis.world(cosine_hemisphere([u, v])), self.albedo));
+        };
+        let cos_view = normal.dot(view).max(SMALLEST_COSINE);
+        let importance = |lobe: Lobe| lobe.fresnel(cos_view).luminance();
+        let diffuse = self.albedo.luminance();
+        let first = importance(specular);
+        // With a coat and a base lobe, `second` is the coat.
+        let coat = self.specular.and(self.coat);
+        let second = coat.map_or(0.0, importance);
+        let total = diffuse + first + second;
+        if total <= 0.0 {
+            return None;
+        }
+        let (p_diffuse, p_first, p_second) = (diffuse / total, first / total, second / total);
+        let local_view = basis.local(view);
+        let direction = if u < p_diffuse {
+            basis.world(cosine_hemisphere([u / p_diffuse, v]))
+        } else {
+            let (lobe, u) = match coat {
+                Some(coat) if u >= 1.0 - p_second => (coat, (u - (1.0 - p_second)) / p_second),
+                _ => (specular, ((u - p_diffuse) / p_first).min(1.0)),
+            };
+            basis.world(lobe.draw(local_view, [u, v]))
+        };
+        let facing = normal.dot(direction);
+        if facing <= 0.0 {
+            return None;
+        }
+        let angles = Angles::new(normal, view, direction);
+        let density = p_diffuse * facing / PI
+            + p_first * specular.density(&angles)
+            + coat.map_or(0.0, |coat| p_second * coat.density(&angles));
+        Some((
+            direction,
+            self.reflectance(facing, &angles, 0.0) * (1.0 / density),
+        ))
+    }
+
+    /// Reflectance times cosine: `facing` is the cosine for the diffuse part, `angles` are for
+    /// the lobes, whose α² grows by `widening`.
+    #[inline]
+    fn reflectance(&self, facing: f64, angles: &Angles, widening: f64) -> Vec3 {
+        let mut result = self.albedo * (facing / PI);
+        for lobe in [self.specular, self.coat].into_iter().flatten() {
+            let fresnel = lobe.fresnel(angles.cos_half);
+            result = result * (Vec3::ONE - fresnel) + fresnel * lobe.scale(angles, widening);
+        }
+        result
+    }
+}
+
+/// Cosines below this are taken as this: grazing views have no half vector to speak of.
+const SMALLEST_COSINE: f64 = 1e-6;
+
+/// The cosines on which a lobe depends.
+struct Angles {
+    cos_view: f64,
+    cos_light: f64,
+    cos_normal: f64,
+    cos_half: f64,
+}
+
+impl Angles {
+    #[inline]
+    fn new(normal: Vec3, view: Vec3, light: Vec3) -> Angles {
+        let half = (view + light).normalized();
+        Angles {
+            cos_view: normal.dot(view).max(SMALLEST_COSINE),
+            cos_light: normal.dot(light),
+            cos_normal: normal.dot(half).clamp(0.0, 1.0),
+            cos_half: view.dot(half).clamp(0.0, 1.0),
+        }
+    }
+}
+
+impl Lobe {
+    /// Schlick's factor.
+    #[inline]
+    fn fresnel(&self, cos: f64) -> Vec3 {
+        let x = 1.0 - cos;
+        let square = x * x;
+        let grazing = square * square * x;
+        self.f0 * (1.0 - grazing) + Vec3::ONE * (self.f90 * grazing)
+    }
+
+    /// Distribution times shadowing times cosine over 4 cos cos: the lobe without its Fresnel
+    /// factor.
+    #[inline]
+    fn scale(&self, angles: &Angles, widening: f64) -> f64 {
+        let &Angles {
+            cos_view,
+            cos_light,
+            cos_normal,
+            ..
+        } = angles;
+        if cos_light <= 0.0 {
+            return 0.0;
+        }
+        let a2 = self.alpha * self.alpha + widening;
+        let slope = |cos: f64| (a2 + (1.0 - a2) * cos * cos).sqrt();
+        let shadowing = 0.5 / (cos_light * slope(cos_view) + cos_view * slope(cos_light));
+        distribution(a2, cos_normal) * shadowing * cos_light
+    }
+
+    /// Density with which [`Lobe::draw`] gives the direction of these angles.
+    #[inline]
+    fn density(&self, angles: &Angles) -> f64 {
+        let &Angles {
+            cos_view,
+            cos_normal,
+            ..
+        } = angles;
+        let a2 = self.alpha * self.alpha;
+        let slope = (a2 + (1.0 - a2) * cos_view * cos_view).sqrt();
+        distribution(a2, cos_normal) / (2.0 * (cos_view + slope))
+    }
+
+    /// The mirror direction of `view` about a visible microfacet normal, in local components, by
+    /// Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", HPG 2023.
+    #[inline]
+    fn draw(&self, view: Vec3, [u, v]: [f64; 2]) -> Vec3 {
+        let stretched = Vec3::new(view.x * self.alpha, view.y * self.alpha, view.z).normalized();
+        let (sin, cos) = sin_cos_turns(v);
+        let z = (1.0 - u) * (1.0 + stretched.z) - stretched.z;
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        let half = Vec3::new(radius * cos, radius * sin, z) + stretched;
+        let half = Vec3::new(half.x * self.alpha, half.y * self.alpha, half.z).normalized();
+        half * (2.0 * view.dot(half)) - view
+    }
+}
+
+/// The GGX distribution of microfacet normals, `a2` being α².
+#[inline]
+fn distribution(a2: f64, cos_normal: f64) -> f64 {
+    let d = 1.0 - (1.0 - a2) * cos_normal * cos_normal;
+    a2 / (PI * d * d)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sampler::PixelSampler;
+    use super::*;
+    use proptest::prelude::*;
+
+    const PLASTIC: Parameters = Parameters {
+        diffuse: Vec3::new(0.8, 0.5, 0.2),
+        emission: Vec3::ZERO,
+        specular_workflow: false,
+        specular: Vec3::ZERO,
+        metallic: 0.0,
+        roughness: 0.5,
+        clearcoat: 0.0,
+        clearcoat_roughness: 0.01,
+        opacity: 1.0,
+        opacity_threshold: 0.0,
+        ior: 1.5,
+    };
+
+    const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    fn view(sin: f64) -> Vec3 {
+        Vec3::new(sin, 0.0, (1.0 - sin * sin).sqrt())
+    }
+
+    /// What a surface reflects of a sky of radiance 1, by importance.
+    fn white_sky(material: &Material, view: Vec3, count: u32) -> Vec3 {
+        let sampler = PixelSampler::new(0, 0, 1);
+        let mut sum = Vec3::ZERO;
+        for i in 0..count {
+            if let Some((_, weight)) = material.draw(UP, view, sampler.point(i, 0)) {
+                sum += weight;
+            }
+        }
+        sum * (1.0 / f64::from(count))
+    }
+
+    /// The same by directions drawn with the cosine, as from one light after another.
+    fn white_sky_by_lights(material: &Material, view: Vec3, count: u32) -> Vec3 {
+        let sampler = PixelSampler::new(0, 0, 2);
+        let mut sum = Vec3::ZERO;
+        for i in 0..count {
+            let towards = cosine_hemisphere(sampler.point(i, 0));
+            let light = Illumination {
+                towards,
+                axis: towards,
+                sin: 0.0,
+                irradiance: Vec3::ONE,
+                distance: f64::INFINITY,
+            };
+            sum += material.reflect_light(UP, view, &light) * (PI / towards.z.max(1e-9));
+        }
+        sum * (1.0 / f64::from(count))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        /// Two independent estimates of the same integral agree, and no energy is made.
+        #[test]
+        fn drawing_and_evaluating_agree(
+            roughness in 0.4..1.0f64, coat_roughness in 0.5..1.0f64,
+            metallic in 0.0..1.0f64, clearcoat in 0.0..1.0f64, sin in 0.0..0.95f64,
+        ) {
+            let material = Material::new(&Parameters {
+                roughness, metallic, clearcoat, clearcoat_roughness: coat_roughness, ..PLASTIC
+            });
+            let drawn = white_sky(&material, view(sin), 1 << 13);
+            let lit = white_sky_by_lights(&material, view(sin), 1 << 13);
+            let difference = drawn - lit;
+            prop_assert!(difference.dot(difference).sqrt() < 0.02, "{drawn:?} {lit:?}");
+            prop_assert!(drawn.x <= 1.0 + 1e-3);
+        }
+
+        #[test]
+        fn weights_are_bounded_and_finite(
+            roughness in 0.0..1.0f64, metallic in 0.0..1.0f64, clearcoat in 0.0..1.0f64,
+            sin in 0.0..1.0f64, seed: u64,
+        ) {
+            let material = Material::new(&Parameters { roughness, metallic, clearcoat, ..PLASTIC });
+            let sampler = PixelSampler::new(0, 0, seed);
+            for i in 0..64 {
+                if let Some((direction, weight)) = material.draw(UP, view(sin), sampler.point(i, 0)) {
+                    prop_assert!(weight.is_finite() && weight.x <= 4.0, "{weight:?}");
+                    prop_assert!((direction.dot(direction) - 1.0).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_lobe_is_left_of_ior_one_or_black_specular() {
+        let matte = Material::new(&Parameters {
+            ior: 1.0,
+            ..PLASTIC
+        });
+        let black = Material::new(&Parameters {
+            specular_workflow: true,
+            ..PLASTIC
+        });
+        for material in [matte, black] {
+            assert!(material.specular.is_none());
+            assert_eq!(white_sky(&material, view(0.3), 4), PLASTIC.diffuse);
+        }
+    }
+
+    #[test]
+    fn a_mirror_reflects_the_sky_in_its_colour() {
+        let mirror = Material::new(&Parameters {
+            roughness: 0.0,
+            metallic: 1.0,
+            ..PLASTIC
+        });
+        let difference = white_sky(&mirror, UP, 1 << 10) - PLASTIC.diffuse;
+        assert!(difference.dot(difference).sqrt() < 1e-2);
+    }
+
+    #[test]
+    fn thresholds_cut_out() {
+        let at = |opacity, opacity_threshold| {
+            Material::new(&Parameters {
+                opacity,
+                opacity_threshold,
+                ..PLASTIC
+            })
+            .opacity
+        };
+        assert_eq!([at(0.4, 0.0), at(0.4, 0.5), at(0.5, 0.5)], [0.4, 0.0, 1.0]);
+    }
+}

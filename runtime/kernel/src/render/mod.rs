@@ -1,0 +1,164 @@
+//! Pictures: camera rays, light, shade, and the film they make.
+//!
+//! A picture is rendered tile by tile; a tile's camera rays go to the tracer as one batch, then
+//! its shadow rays light by light. Everything random is a hash of pixel,
+//! sample, dimension and seed, every pixel is summed by one thread in the order of its samples, and
+//! no function of the system's mathematical library is called: the picture is the same, bit for
+//! bit, whatever the threads, the batches and the instruction set.
+pub mod camera;
+mod direct;
+pub mod direction;
+pub mod film;
+mod frame;
+pub mod light;
+pub mod material;
+mod occlusion;
+pub mod sampler;
+mod samples;
+pub mod tile;
+pub mod vector;
+mod vertex;
+
+use crate::ray::Trace;
+use camera::{Camera, View};
+use film::Film;
+use frame::{Frame, Worker};
+use light::Lights;
+use material::Material;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+use tile::Tile;
+
+/// How a scene looks: its light and its surfaces.
+#[derive(Clone, Debug, Default)]
+pub struct Appearance {
+    /// All lights; where there is none, [`Integrator::Direct`] takes [`Lights::headlight`].
+    pub lights: Lights,
+    /// What `Hit::material` counts.
+    pub materials: Vec<Material>,
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Light that reaches surfaces directly from the lights and the sky, with shadows.
+    Direct,
+    /// How much of the hemisphere above a surface is open up to `distance`: white is open.
+    AmbientOcclusion {
+        /// Farther surfaces do not occlude.
+        distance: f64,
+    },
+    /// 0.5 + 0.5 n, n the outward geometric normal.
+    Normals,
+    /// A colour for each leaf.
+    Ids,
+}
+
+/// What to render.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Samples per pixel, at least 1.
+    pub samples: u32,
+    /// What a pixel shows.
+    pub integrator: Integrator,
+    /// Chooses the sample points.
+    pub seed: u64,
+    /// Threads; 0 takes one per core.
+    pub threads: usize,
+}
+
+/// How often the caller hears of the progress.
+const POLL: Duration = Duration::from_millis(50);
+
+/// Renders a picture on `threads` threads while the calling one collects their tiles.
+///
+/// `observe(done, rays)` is called on the calling thread some 20 times a second, and at the end,
+/// with the fraction done and the rays traced so far; if it returns false the render ends
+/// soon and the result is None.
+pub fn render(
+    trace: &dyn Trace,
+    appearance: &Appearance,
+    picture: &Picture,
+    observe: &mut dyn FnMut(f64, u64) -> bool,
+) -> Option<Film> {
+    let &Picture { width, height, .. } = picture;
+    let dark = picture.integrator == Integrator::Direct && appearance.lights.is_dark();
+    let headlight = dark.then(|| Lights::headlight(&picture.camera));
+    let lights = headlight.as_ref().unwrap_or(&appearance.lights);
+    let (cancelled, rays) = (AtomicBool::new(false), AtomicU64::new(0));
+    let frame = Frame {
+        trace,
+        picture,
+        view: View::new(picture.camera, width, height),
+        lights,
+        materials: &appearance.materials,
+        transparent: appearance
+            .materials
+            .iter()
+            .any(|material| material.opacity < 1.0),
+        cancelled: &cancelled,
+        rays: &rays,
+    };
+    let tiles = Tile::count(width, height);
+    let threads = match picture.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        threads => threads,
+    };
+    let next = AtomicUsize::new(0);
+    let mut film = Film::new(width as usize, height as usize);
+    std::thread::scope(|scope| {
+        let (sender, receiver) = channel();
+        for _ in 0..threads.min(tiles) {
+            let (sender, next, frame) = (sender.clone(), &next, &frame);
+            scope.spawn(move || {
+                let mut worker = Worker::default();
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= tiles {
+                        break;
+                    }
+                    let tile = Tile::new(index, width, height);
+                    let Some(layers) = worker.render(frame, &tile) else {
+                        break;
+                    };
+                    if sender.send((tile, layers)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        let mut done = 0;
+        let mut polled = Instant::now();
+        loop {
+            match receiver.recv_timeout(POLL) {
+                Ok((tile, layers)) => {
+                    film.insert(&tile, &layers);
+                    done += 1;
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                // All threads have ended, or one has panicked, which the scope passes on.
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            if polled.elapsed() >= POLL {
+                polled = Instant::now();
+                if !observe(done as f64 / tiles as f64, rays.load(Ordering::Relaxed)) {
+                    cancelled.store(true, Ordering::Relaxed);
+                    break;
+                }
+            }
+        }
+    });
+    film.rays = rays.into_inner();
+    (!cancelled.into_inner() && observe(1.0, film.rays)).then_some(film)
+}
+
+#[cfg(test)]
+mod tests;

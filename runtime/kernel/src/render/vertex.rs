@@ -1,0 +1,66 @@
+//! A point on a surface that a camera ray sees.
+use super::vector::Vec3;
+use crate::ray::{Hit, Ray};
+
+/// Where secondary rays start, and what shading needs to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The slot that sees it.
+    pub slot: usize,
+    /// Index of its material.
+    pub material: usize,
+    /// The part of its light that reaches the camera.
+    pub weight: f64,
+    /// The point, offset to the side that is seen.
+    pub origin: Vec3,
+    /// Unit geometric normal on that side.
+    pub normal: Vec3,
+    /// Unit vector towards the camera.
+    pub view: Vec3,
+}
+
+impl Vertex {
+    /// The vertex where `ray` hits. The side that faces the ray is shaded.
+    #[inline]
+    pub fn new(slot: usize, weight: f64, ray: &Ray, hit: &Hit) -> Vertex {
+        let view = -Vec3::from(ray.direction).normalized();
+        let outward = Vec3::from(hit.normal);
+        let normal = if outward.dot(view) < 0.0 {
+            -outward
+        } else {
+            outward
+        };
+        Vertex {
+            slot,
+            material: hit.material as usize,
+            weight,
+            origin: Vec3::from(hit.position) + normal * hit.offset,
+            normal,
+            view,
+        }
+    }
+
+    /// The ray from here in a direction on the normal's side.
+    #[inline]
+    pub fn ray(&self, direction: Vec3, t_max: f64) -> Ray {
+        Ray {
+            origin: self.origin.to_array(),
+            direction: direction.to_array(),
+            t_min: 0.0,
+            t_max,
+        }
+    }
+}
+
+/// The rest of `ray` behind the surface it hits.
+#[inline]
+pub fn beyond(ray: &Ray, hit: &Hit) -> Ray {
+    let normal = Vec3::from(hit.normal);
+    let side = hit.offset.copysign(normal.dot(Vec3::from(ray.direction)));
+    Ray {
+        origin: (Vec3::from(hit.position) + normal * side).to_array(),
+        direction: ray.direction,
+        t_min: 0.0,
+        t_max: ray.t_max - hit.t,
+    }
+}
