@@ -5,6 +5,7 @@ pub mod lanes;
 pub mod ray;
 pub mod render;
 pub mod scalar;
+pub mod shapes;
 
 #[cfg(feature = "python")]
 mod python;

@@ -9,6 +9,8 @@ pub trait Scalar:
 {
     /// Unit roundoff: half the distance from 1 to the next number.
     const EPS: Self;
+    /// One.
+    const ONE: Self;
     /// Positive infinity.
     const INFINITY: Self;
     /// Least positive normal number.
@@ -26,6 +28,7 @@ pub trait Scalar:
 
 impl Scalar for f32 {
     const EPS: f32 = f32::EPSILON / 2.0;
+    const ONE: f32 = 1.0;
     const INFINITY: f32 = f32::INFINITY;
     const MIN_POSITIVE: f32 = f32::MIN_POSITIVE;
 
@@ -49,6 +52,7 @@ impl Scalar for f32 {
 
 impl Scalar for f64 {
     const EPS: f64 = f64::EPSILON / 2.0;
+    const ONE: f64 = 1.0;
     const INFINITY: f64 = f64::INFINITY;
     const MIN_POSITIVE: f64 = f64::MIN_POSITIVE;
 

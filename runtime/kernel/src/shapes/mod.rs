@@ -1,0 +1,142 @@
+//! The analytic shapes: prepared once, intersected W rays at a time.
+//!
+//! A [`Shape`] is traced in a space of its own, where it has about unit size ([`Frame`]). Bring a
+//! ray of object space there by
+//!
+//! - o ↦ `frame.shape_from_object(o)`, after sliding o along the ray to near the shape, in f64;
+//! - d ↦ d·scale·2^k, with k such that the largest component is in [1, 2): then t of shape space is t·2^-k,
+//!   counted from where o was slid to;
+//!
+//! and round to the scalar last. Only [`Shape::bounds`] speaks of object space.
+use crate::lanes::{Isa, Lanes};
+use crate::scalar::Scalar;
+
+mod dop;
+mod frame;
+mod kind;
+mod parameters;
+mod ray_box;
+mod ray_cylinder;
+mod ray_disc;
+mod ray_lanes;
+mod ray_plane;
+mod ray_rectangle;
+mod ray_sphere;
+mod ray_triangle;
+#[cfg(test)]
+mod tests;
+
+pub use frame::Frame;
+pub use kind::ShapeKind;
+pub use ray_lanes::RayLanes;
+pub use ray_triangle::{Shear, intersect as intersect_triangle, surface as triangle_surface};
+
+use parameters::{bounds, is_valid};
+use ray_box::Cuboid;
+use ray_cylinder::Cylinder;
+use ray_disc::Disc;
+use ray_lanes::Intersect;
+use ray_rectangle::Rectangle;
+use ray_sphere::Sphere;
+use ray_triangle::Triangle;
+
+/// An analytic shape, ready to be intersected in precision `F`.
+#[derive(Clone, Debug)]
+pub struct Shape<F> {
+    frame: Frame,
+    bounds: Option<[[f64; 3]; 2]>,
+    traced: Solid<F>,
+    exact: Solid<f64>,
+}
+
+/// What a shape is in shape space, with parameters rounded once. Solids without a bevel know nothing of bevels.
+#[derive(Clone, Debug)]
+enum Solid<F> {
+    Sphere(Sphere<F>),
+    Cuboid(Cuboid<F>),
+    Cylinder(Cylinder<F>),
+    Disc(Disc<F>),
+    Rectangle(Rectangle<F>),
+    Plane,
+    Triangle(Triangle<F>),
+}
+
+impl<F: Scalar> Shape<F> {
+    /// Prepares a shape; `parameters` as in `dsl.scene.SHAPE_PARAMETERS`.
+    ///
+    /// The compiler has checked them and told its user; this is the last wall: an error for the
+    /// wrong number of parameters, for such as are not finite, and for sizes that make no solid.
+    pub fn new(kind: ShapeKind, parameters: &[f64]) -> Result<Self, String> {
+        if parameters.len() != kind.parameter_count() {
+            return Err(format!(
+                "{kind:?} has {} parameters, not {}",
+                kind.parameter_count(),
+                parameters.len()
+            ));
+        }
+        if !parameters.iter().all(|x| x.is_finite()) {
+            return Err(format!(
+                "{kind:?} with parameters that are not finite: {parameters:?}"
+            ));
+        }
+        let invalid = || format!("{kind:?} with invalid parameters: {parameters:?}");
+        if !is_valid(kind, parameters) {
+            return Err(invalid());
+        }
+        let bounds = bounds(kind, parameters);
+        let frame = match bounds {
+            Some(bounds) => Frame::new(bounds).ok_or_else(invalid)?,
+            None => Frame::IDENTITY,
+        };
+        Ok(Shape {
+            frame,
+            bounds,
+            traced: Solid::new(kind, parameters, &frame),
+            exact: Solid::new(kind, parameters, &frame),
+        })
+    }
+
+    /// The space that `intersect` and `surface` work in.
+    #[inline(always)]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// The least box in object space, up to rounding; `None` for a plane.
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        self.bounds
+    }
+
+    /// For each active lane whether it hits with t_min < t < t_max, and the least such t; a ray that
+    /// starts inside hits where it leaves. The ray is in shape space. t means nothing in the other lanes.
+    #[inline(always)]
+    pub fn intersect<I: Isa, L: Lanes<Scalar = F>>(
+        &self,
+        ray: &RayLanes<L>,
+        active: L::Mask,
+    ) -> (L::Mask, L) {
+        match &self.traced {
+            Solid::Sphere(shape) => shape.intersect(ray, active),
+            Solid::Cuboid(shape) => shape.intersect(ray, active),
+            Solid::Cylinder(shape) => shape.intersect(ray, active),
+            Solid::Disc(shape) => shape.intersect(ray, active),
+            Solid::Rectangle(shape) => shape.intersect(ray, active),
+            Solid::Plane => ray_plane::intersect(ray, active),
+            Solid::Triangle(shape) => shape.intersect(ray, active),
+        }
+    }
+
+    /// The point of the surface nearest to `p` (which is on it but for rounding), and the unit outward
+    /// normal there; all in shape space.
+    pub fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        match &self.exact {
+            Solid::Sphere(shape) => shape.surface(p),
+            Solid::Cuboid(shape) => shape.surface(p),
+            Solid::Cylinder(shape) => shape.surface(p),
+            Solid::Disc(shape) => shape.surface(p),
+            Solid::Rectangle(shape) => shape.surface(p),
+            Solid::Plane => ray_plane::surface(p),
+            Solid::Triangle(shape) => shape.surface(p),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Rays as the intersectors take them, and stretches of them.
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+use super::dop::{difference_of_products, sum_of_products};
+
+/// W rays in the space of a shape.
+///
+/// The caller has scaled `d` by a power of two so that its largest component lies in [1, 2),
+/// and slid `o` along the ray to within some hundred sizes of the shape (`t` counts from there).
+/// All numbers of active lanes are finite, but `t_min` and `t_max` may be infinite.
+#[derive(Clone, Copy)]
+pub struct RayLanes<L> {
+    /// Origins.
+    pub o: [L; 3],
+    /// Directions.
+    pub d: [L; 3],
+    /// Hits have t > t_min.
+    pub t_min: L,
+    /// Hits have t < t_max.
+    pub t_max: L,
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// The points at `t`.
+    #[inline(always)]
+    pub fn at(&self, t: L) -> [L; 3] {
+        [0, 1, 2].map(|i| t.mul_add(self.d[i], self.o[i]))
+    }
+
+    /// Whether t_min < t < t_max.
+    #[inline(always)]
+    pub fn accepts(&self, t: L) -> L::Mask {
+        self.t_min.lt(t) & t.lt(self.t_max)
+    }
+}
+
+/// A closed stretch of each ray; empty unless near ≤ far. Ends may be infinite.
+#[derive(Clone, Copy)]
+pub struct Span<L> {
+    /// Where the ray enters.
+    pub near: L,
+    /// Where it leaves.
+    pub far: L,
+}
+
+impl<L: Lanes> Span<L> {
+    /// The whole line.
+    #[inline(always)]
+    pub fn line() -> Span<L> {
+        let far = L::splat(L::Scalar::INFINITY);
+        Span { near: -far, far }
+    }
+
+    /// This stretch where the mask is set, nothing elsewhere.
+    #[inline(always)]
+    pub fn only(self, mask: L::Mask) -> Span<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Span {
+            near: L::select(mask, self.near, infinity),
+            far: L::select(mask, self.far, -infinity),
+        }
+    }
+
+    /// What both have in common; an end that is NaN does not count.
+    #[inline(always)]
+    pub fn and(self, other: Span<L>) -> Span<L> {
+        Span {
+            near: other.near.max(self.near),
+            far: other.far.min(self.far),
+        }
+    }
+
+    /// Where there is a stretch at all.
+    #[inline(always)]
+    pub fn exists(self) -> L::Mask {
+        self.near.le(self.far)
+    }
+
+    /// low ≤ o + t·d ≤ high. One rounding of a difference and one of a quotient at either end.
+    ///
+    /// A ray within the slab that never leaves it (d = 0) divides by zero: its ends are infinite,
+    /// or NaN if it runs in a face, which [`Span::and`] passes over.
+    #[inline(always)]
+    pub fn slab(o: L, d: L, low: L, high: L) -> Span<L> {
+        let rising = L::splat(L::Scalar::ONE).copy_sign(d).gt(L::zero());
+        let (near, far) = (L::select(rising, low, high), L::select(rising, high, low));
+        Span {
+            near: (near - o) / d,
+            far: (far - o) / d,
+        }
+    }
+
+    /// ρ² = x² + z² ≤ r², a round bar about the y axis.
+    ///
+    /// In the plane of x and z the ray's closest approach to the axis is l = o + t_c d with
+    /// t_c = −o·d / d·d, computed twice so that l is at right angles to d to working precision however far
+    /// off o is; then t = t_c ± √((r² − l²)/d·d) (Haines, Günther, Akenine-Möller, Ray Tracing Gems
+    /// ch. 7). A ray within eps of the axis' direction is parallel to it: inside all along, or
+    /// nowhere.
+    #[inline(always)]
+    pub fn bar(o: [L; 3], d: [L; 3], r: L) -> Span<L> {
+        let eps = L::splat(L::Scalar::EPS);
+        let dd = d[0].mul_add(d[0], d[2] * d[2]);
+        let parallel = dd.le((eps * d[1]) * (eps * d[1]));
+        let inverse = L::splat(L::Scalar::ONE) / dd;
+        let approach = |x: L, z: L| -(sum_of_products(x, d[0], z, d[2]) * inverse);
+        let first = approach(o[0], o[2]);
+        let (x, z) = (first.mul_add(d[0], o[0]), first.mul_add(d[2], o[2]));
+        let second = approach(x, z);
+        let (x, z) = (second.mul_add(d[0], x), second.mul_add(d[2], z));
+        let (x, z) = (L::select(parallel, o[0], x), L::select(parallel, o[2], z));
+        let room = z.neg_mul_add(z, difference_of_products(r, r, x, x));
+        let half = (room * inverse).sqrt();
+        let line = Span::<L>::line();
+        Span {
+            near: L::select(parallel, line.near, first + (second - half)),
+            far: L::select(parallel, line.far, first + (second + half)),
+        }
+        .only(room.ge(L::zero()))
+    }
+
+    /// The first end that the ray accepts, of a convex solid that the ray is within along this
+    /// stretch.
+    #[inline(always)]
+    pub fn nearest(self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+        let t = L::select(self.near.gt(ray.t_min), self.near, self.far);
+        (active & self.exists() & ray.accepts(t), t)
+    }
+}
+
+/// What rays can be intersected with, in the space of the shape.
+pub(super) trait Intersect<F: Scalar> {
+    /// For each active lane whether it hits with t_min < t < t_max, and the least such t.
+    fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L);
+}

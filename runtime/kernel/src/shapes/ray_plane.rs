@@ -1,0 +1,17 @@
+//! y = 0, unbounded.
+//!
+//! t = −o_y/d_y: half an ulp. A ray in the plane divides 0 by 0, and NaN hits nothing.
+use crate::lanes::Lanes;
+
+use super::ray_lanes::RayLanes;
+
+/// Where rays cross y = 0, if the ray accepts it.
+#[inline(always)]
+pub(super) fn intersect<L: Lanes>(ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+    let t = -(ray.o[1] / ray.d[1]);
+    (active & ray.accepts(t), t)
+}
+
+pub(super) fn surface(p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    ([p[0], 0.0, p[2]], [0.0, 1.0, 0.0])
+}
