@@ -61,7 +61,7 @@ CAMERA = np.dtype(
         ("far", "<f8"),
     ]
 )
-"""One camera: `dsl.scene.Camera`, placed. Scales of its transform are in `height`, `near`, `far`."""
+"""One camera: `dsl.scene.Camera`, placed; scales of its transform are in the other fields."""
 
 SETTINGS = np.dtype(
     [
@@ -90,12 +90,20 @@ ORIGIN = np.dtype(
     ]
 )
 
+MAX_LEAVES = 10**12
+
+COUNTED = -2
+"""The `source_index` of a batch numbered 0, 1, 2, …: the instance's place among the instances
+that have the same `instance_source`, which are contiguous."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneIR:
     """A scene as flat arrays. Shapes and dtypes as noted, all C-contiguous, little endian.
 
-    Group 0 is the root. Instances of one group are contiguous and in order of emission.
+    Group 0 is the root; others are numbered as they are first referred to, and so are prototypes
+    and materials, but material 0 is DEFAULT_MATERIAL wherever an instance may come to need it.
+    Instances of one group are contiguous and in order of emission.
     An instance's *leaf number*, which hits report, counts the leaves before it in that order
     with every group expanded (`leaf_counts`); without kept groups it is the row of the table.
     """
@@ -128,7 +136,7 @@ class SceneIR:
     # Where it came from: one chain of segments per instance, from its own up to its group's
     source_parent: NDArray[np.int32]  # (s,) the segment above, -1 at the top
     source_origin: NDArray[np.int32]  # (s,) index of origins
-    source_index: NDArray[np.int32]  # (s,) index among siblings, -1: none
+    source_index: NDArray[np.int32]  # (s,) index among siblings, -1: none, or COUNTED
     origins: NDArray[np.void]  # (o,) ORIGIN
     text_ends: NDArray[np.int64]  # (x,) end of each text in text_bytes
     text_bytes: NDArray[np.uint8]  # UTF-8
@@ -142,3 +150,32 @@ class SceneIR:
         """The text of that index."""
         start = int(self.text_ends[index - 1]) if index else 0
         return self.text_bytes[start : int(self.text_ends[index])].tobytes().decode()
+
+
+def leaf_counts(ir: SceneIR) -> NDArray[np.int64]:
+    """Leaves of each group with all groups in it expanded, `(g,)`.
+
+    Raises ValueError where groups contain themselves or a count exceeds `MAX_LEAVES`.
+    """
+    counts: list[int | None] = [None] * len(ir.group_ranges)
+    entered: set[int] = set()
+    stack = list(range(len(counts)))
+    while stack:
+        group = stack[-1]
+        first, end = ir.group_ranges[group]
+        targets = ir.instance_target[first:end]
+        below, times = np.unique(~targets[targets < 0], return_counts=True)
+        missing = [int(g) for g in below if counts[g] is None]
+        if counts[group] is not None or not missing:
+            total = int((targets >= 0).sum())
+            total += sum(int(n) * (counts[g] or 0) for g, n in zip(below, times, strict=True))
+            if total > MAX_LEAVES:
+                raise ValueError(f"group {group} has more than {MAX_LEAVES} leaves")
+            counts[group] = total
+            stack.pop()
+        elif group in entered:
+            raise ValueError(f"group {group} contains itself")
+        else:
+            entered.add(group)
+            stack += missing
+    return np.array(counts, dtype=np.int64)

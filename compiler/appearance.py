@@ -1,0 +1,132 @@
+"""Materials, lights, cameras and settings of a scene graph as records of the IR."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compiler import ir
+from compiler.affine import Affine
+from compiler.double_double import DoubleDouble, Part
+from compiler.provenance import Texts
+from compiler.vectors import dot, length, unit
+from dsl.scene import Camera, Material, PointLight, Settings, Sky, Sun
+
+Light = Sun | PointLight | Sky
+
+
+def material_table(materials: Iterable[Material]) -> NDArray[np.void]:
+    """`SceneIR.materials`."""
+    rows = list(materials)
+    table = np.zeros(len(rows), dtype=ir.MATERIAL)
+    for name in (field.name for field in fields(Material)):
+        if rows:
+            table[name] = [getattr(material, name) for material in rows]
+    return table
+
+
+def settings_record(settings: Iterable[Settings]) -> NDArray[np.void]:
+    """`SceneIR.settings`: what is said last holds, field by field."""
+    said: dict[str, object] = {}
+    for part in settings:
+        for field in fields(Settings):
+            value = getattr(part, field.name)
+            if value is not None:
+                said[field.name] = value
+    record = np.zeros(1, dtype=ir.SETTINGS)
+    for name in ("width", "height", "samples"):
+        record[name] = said.get(name, 0)
+    for name, choices in (("integrator", ir.INTEGRATORS), ("precision", ir.PRECISIONS)):
+        record[name] = choices.index(str(said[name])) if name in said else -1
+    record["up"] = ir.UP_AXES.index(str(said.get("up", "y")))
+    for name in ("occlusion_distance", "exposure"):
+        record[name] = said.get(name, math.nan)
+    return record
+
+
+def contributes(light: Light) -> bool:
+    """Whether anything can be lit by it."""
+    match light:
+        case Sun(direction=direction, irradiance=color):
+            return any(color) and any(direction)
+        case PointLight(intensity=color):
+            return any(color)
+        case Sky(radiance=color):
+            return any(color)
+
+
+def light_table(lights: Sequence[tuple[Light, Affine]]) -> NDArray[np.void]:
+    """`SceneIR.lights`, each placed by its `world_from_object` of one lane.
+
+    A point light's radius grows by the cube root of the volume's; its intensity, like a sun's
+    irradiance and its angle, is not changed by scales.
+    """
+    table = np.zeros(len(lights), dtype=ir.LIGHT)
+    for row, (light, placement) in zip(table, lights, strict=True):
+        match light:
+            case Sun():
+                direction = _applied(placement.linear, _exact(light.direction))
+                vector, color, size = unit(direction), light.irradiance, light.angle
+                row["kind"] = ir.SUN
+            case PointLight():
+                offset = _applied(placement.linear, _exact(light.position))
+                x, y, z = (a + b for a, b in zip(offset, placement.translation, strict=True))
+                vector, color = (x, y, z), light.intensity
+                size = light.radius * np.cbrt(abs(_determinant(placement.linear)))
+                row["kind"] = ir.POINT
+            case Sky():
+                row["kind"], row["color"] = ir.SKY, light.radiance
+                continue
+        row["vector"], row["color"], row["size"] = _rounded(vector), color, size
+    return table
+
+
+def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDArray[np.void]:
+    """`SceneIR.cameras`, each placed by its `world_from_object` of one lane.
+
+    The axes are made unit, and what the scales along them do to the window goes into `height`,
+    `aspect` (if said), `near` and `far`; a mirrored camera keeps its mirrored axes.
+    """
+    table = np.zeros(len(cameras), dtype=ir.CAMERA)
+    for row, (camera, placement) in zip(table, cameras, strict=True):
+        axes = list(zip(*placement.linear, strict=True))
+        along_x, along_y, along_z = (float(_scalar(length(axis).hi)) for axis in axes)
+        orthographic = camera.projection == "orthographic"
+        row["projection"] = ir.ORTHOGRAPHIC if orthographic else ir.PERSPECTIVE
+        row["name"] = texts.index(camera.name)
+        for column, axis in enumerate(axes):
+            row["world_from_camera"][:, column] = _rounded(unit(axis))
+        row["world_from_camera"][:, 3] = _rounded(placement.translation)
+        row["height"] = camera.height * (along_y if orthographic else along_y / along_z)
+        aspect = math.nan if camera.aspect is None else camera.aspect
+        row["aspect"] = aspect * (along_x / along_y)
+        row["shift"] = camera.shift
+        row["near"], row["far"] = camera.near * along_z, camera.far * along_z
+    return table
+
+
+def _exact(vector: Sequence[float]) -> list[DoubleDouble]:
+    return [DoubleDouble.of(v) for v in vector]
+
+
+def _applied(
+    linear: Sequence[Sequence[DoubleDouble]], vector: Sequence[DoubleDouble]
+) -> list[DoubleDouble]:
+    return [dot(row, vector) for row in linear]
+
+
+def _determinant(linear: Sequence[Sequence[DoubleDouble]]) -> float:
+    matrix = [[float(_scalar(entry.hi)) for entry in row] for row in linear]
+    return float(np.linalg.det(np.array(matrix)))
+
+
+def _rounded(vector: Iterable[DoubleDouble]) -> list[float]:
+    return [float(_scalar(entry.hi)) + 0.0 for entry in vector]
+
+
+def _scalar(part: Part) -> np.float64:
+    return np.float64(part.reshape(-1)[0])

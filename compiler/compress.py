@@ -1,0 +1,231 @@
+"""Scene graph → branches: every run of single-child nodes becomes one edge.
+
+What is left are *branches*, the places where a scene divides, whose *edges* carry everything
+between two of them: a chain of elementary steps (batched or not), a material, and the segments
+of the object path. A batch ends its run, as the group of n instances that it stands for would.
+Branches are numbered children first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Generic, NamedTuple, TypeVar
+
+from compiler.provenance import Origins
+from compiler.walk import Walk
+from dsl.scene import Bind, Instances, IntArray, Material, Node, Origin, Step, Transform
+
+# A run this long below a node with several parents is composed once, not once for each parent.
+_LONG = 16
+
+NO_MATERIAL = -1
+
+T = TypeVar("T")
+
+
+Codes = TypeVar("Codes", int, IntArray)
+
+
+def overriding(material: Codes) -> Codes:
+    """The code of a material that overrides all below (see `SceneIR.instance_material`).
+
+    It is its own inverse.
+    """
+    return -2 - material
+
+
+def combined(outer: int, inner: int) -> int:
+    """The material code of `inner` below `outer`."""
+    return outer if outer < NO_MATERIAL or inner == NO_MATERIAL else inner
+
+
+class Segment(NamedTuple):
+    """One step of an object path: an index of origins, and its number among siblings or -1."""
+
+    origin: int
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Elementary steps in reading order; `count` lanes."""
+
+    steps: tuple[Step, ...]
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """`count` placements of a leaf (`target` ≥ 0) or a branch (`~target`).
+
+    `chain` is an index of chains, -1 for the identity; `segments` run from the outermost; for a
+    batch that adds to the path, `batch` is its origin and `indices` its numbers, None: 0 … n - 1.
+    """
+
+    target: int
+    chain: int = -1
+    count: int = 1
+    material: int = NO_MATERIAL
+    segments: tuple[Segment, ...] = ()
+    batch: int = -1
+    indices: IntArray | None = None
+
+
+@dataclass(slots=True)
+class Branches:
+    """The branches of a graph, children first; the last is the root."""
+
+    edges: list[tuple[Edge, ...]] = field(default_factory=list)
+    chains: list[Chain] = field(default_factory=list)
+
+
+class _Link(NamedTuple, Generic[T]):
+    """A list that shares its tail: outermost first."""
+
+    head: T
+    tail: _Link[T] | None
+
+
+class _Run(NamedTuple):
+    """An edge in the making: what is above may still be added."""
+
+    target: int
+    transforms: _Link[Transform] | None = None
+    length: int = 0
+    material: int = NO_MATERIAL
+    segments: _Link[Segment] | None = None
+
+
+def compress(
+    walk: Walk,
+    leaf: Callable[[Node], int | None],
+    material: Callable[[Material], int],
+    origins: Origins,
+) -> Branches:
+    """The branches of the graph that `walk` went over, down to its leaves.
+
+    `leaf` numbers the nodes that are leaves and answers None for others; `material` numbers
+    materials. Nodes without a leaf below them vanish.
+    """
+    maker = _Compressor(walk, leaf, material, origins)
+    runs: dict[int, _Run | None] = {}
+    for node in walk.order:
+        run = maker.run(node, runs)
+        if run and run.length >= _LONG and walk.references.get(id(node), 0) > 1:
+            run = maker.close(run)
+        runs[id(node)] = run
+    root = runs[id(walk.root)]
+    maker.branch([maker.edge(root)] if root else [])
+    return maker.branches
+
+
+class _Compressor:
+    def __init__(
+        self,
+        walk: Walk,
+        leaf: Callable[[Node], int | None],
+        material: Callable[[Material], int],
+        origins: Origins,
+    ) -> None:
+        self.walk, self.leaf, self.material, self.origins = walk, leaf, material, origins
+        self.branches = Branches()
+
+    def branch(self, edges: Iterable[Edge]) -> int:
+        self.branches.edges.append(tuple(edges))
+        return len(self.branches.edges) - 1
+
+    def run(self, node: Node, runs: dict[int, _Run | None]) -> _Run | None:
+        """The run that `node` heads, given those of its children."""
+        number = self.leaf(node)
+        if number is not None:
+            return self.with_segment(_Run(number), node.origin)
+        children = (runs[id(child)] for child in self.walk.children(node))
+        below = [run for run in children if run]
+        if not below:
+            return None
+        if len(below) > 1:
+            run = _Run(~self.branch(self.edge(child) for child in below))
+        else:
+            run = below[0]
+        if isinstance(node, Instances):
+            count = node.transform.count
+            if count is not None and count > 1:
+                return self.batch(run, node)
+            if node.transform.steps:
+                transform = node.transform if count is None else _first_lane(node.transform)
+                run = run._replace(
+                    transforms=_Link(transform, run.transforms),
+                    length=run.length + len(transform.steps),
+                )
+            if count == 1 and node.origin:
+                index = int(node.indices[0]) if node.indices is not None else 0
+                return self.with_segment(run, replace(node.origin, index=index))
+        elif isinstance(node, Bind):
+            code = self.material(node.material)
+            outer = overriding(code) if node.override else code
+            run = run._replace(material=combined(outer, run.material))
+        return self.with_segment(run, node.origin)
+
+    def with_segment(self, run: _Run, origin: Origin | None) -> _Run:
+        """`run` with a path segment above it: what adds to the path, or is a leaf's only place."""
+        if origin is None or not (origin.label or (run.target >= 0 and run.segments is None)):
+            return run
+        index = -1 if origin.index is None else origin.index
+        return run._replace(
+            segments=_Link(Segment(self.origins.index(origin), index), run.segments)
+        )
+
+    def edge(self, run: _Run) -> Edge:
+        """The finished edge of a run that holds no batch."""
+        steps = _steps(run.transforms)
+        return Edge(
+            target=run.target,
+            chain=self.chain(Chain(steps, 1)) if steps else -1,
+            material=run.material,
+            segments=tuple(_items(run.segments)),
+        )
+
+    def close(self, run: _Run) -> _Run:
+        """A new run over a branch with `run` as its only edge."""
+        return _Run(~self.branch([self.edge(run)]))
+
+    def batch(self, run: _Run, node: Instances) -> _Run:
+        """A new run over a branch with the batch `node` over `run` as its only edge."""
+        count = node.transform.count or 1
+        steps = _steps(_Link(node.transform, run.transforms))
+        labelled = node.origin is not None and node.origin.label
+        batch = Edge(
+            target=run.target,
+            chain=self.chain(Chain(steps, count)),
+            count=count,
+            material=run.material,
+            segments=tuple(_items(run.segments)),
+            batch=self.origins.index(node.origin) if node.origin and labelled else -1,
+            indices=node.indices if labelled else None,
+        )
+        return _Run(~self.branch([batch]))
+
+    def chain(self, chain: Chain) -> int:
+        self.branches.chains.append(chain)
+        return len(self.branches.chains) - 1
+
+
+def _items(link: _Link[T] | None) -> Iterable[T]:
+    while link:
+        yield link.head
+        link = link.tail
+
+
+def _steps(transforms: _Link[Transform] | None) -> tuple[Step, ...]:
+    outermost_first = list(_items(transforms))
+    return tuple(step for transform in reversed(outermost_first) for step in transform.steps)
+
+
+def _first_lane(transform: Transform) -> Transform:
+    return Transform(
+        tuple(
+            Step(s.kind, s.values.reshape(-1, s.values.shape[-1])[0], s.inverse)
+            for s in transform.steps
+        )
+    )

@@ -1,0 +1,265 @@
+"""Scene graph → SceneIR."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compiler.affine import Affine
+from compiler.appearance import (
+    Light,
+    camera_table,
+    contributes,
+    light_table,
+    material_table,
+    settings_record,
+)
+from compiler.compress import Branches, compress, overriding
+from compiler.expand import Integers, Plan, expand, plan
+from compiler.ir import MAX_LEAVES, SceneIR
+from compiler.place import Frames
+from compiler.prototypes import Prototypes
+from compiler.provenance import Origins, Texts
+from compiler.rows import Rows, first_uses, needs_default_material, renumbered, rows, without
+from compiler.walk import Load, Walk, walk
+from dsl.diagnostics import Diagnostic, Label
+from dsl.scene import (
+    DEFAULT_MATERIAL,
+    Camera,
+    Material,
+    Node,
+    PointLight,
+    SceneGraph,
+    Settings,
+    Sky,
+    Sun,
+)
+from dsl.spans import Place
+
+MAX_LEVELS = 32
+MAX_LIGHTS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Pruned:
+    """What a scene has and its IR does without."""
+
+    equal_shapes: int = 0
+    empty_meshes: int = 0
+    unused_materials: int = 0
+    dark_lights: int = 0
+    singular_instances: int = 0
+
+
+class Flattened(NamedTuple):
+    """What `flatten` returns; `ir` is None where the diagnostics hold an error."""
+
+    ir: SceneIR | None
+    diagnostics: list[Diagnostic]
+    pruned: Pruned
+
+
+def flatten(graph: SceneGraph, load: Load) -> Flattened:
+    """The flat scene that `graph` denotes; `load` reads the files it names.
+
+    Chains are composed in double-double and rounded once. Instances whose transform has no
+    inverse, or is not finite, are left out with a warning. Settings said several times hold as
+    said last.
+    """
+    walked = walk(graph.root, load)
+    prototypes, materials, origins = Prototypes(), _Materials(), Origins()
+    branches = compress(walked, prototypes.index, materials.index, origins)
+    planned = plan(branches)
+    lights = _lights(walked)
+    diagnostics = [*walked.diagnostics, *_too_much(branches, planned, origins), *lights.diagnostics]
+    if any(d.severity == "error" for d in diagnostics):
+        return Flattened(None, diagnostics, Pruned())
+
+    table, exists = rows(branches, planned)
+    singular = np.flatnonzero(~exists)
+    diagnostics += _singular(table, singular, origins)
+    if len(singular):
+        table = without(table, singular)
+    used_prototypes = first_uses(table.target[table.target >= 0], len(prototypes.nodes))
+    used_materials = materials.used(table)
+    used_origins = first_uses(table.sources.origin, len(origins.places))
+    texts = Texts()
+    cameras = camera_table(lights.cameras, texts)
+    origin_table = origins.table(used_origins, texts)
+    text_ends, text_bytes = texts.arrays()
+    ir = SceneIR(
+        **prototypes.arrays(used_prototypes.tolist())._asdict(),
+        group_ranges=table.ranges,
+        instance_target=renumbered(table.target, used_prototypes),
+        world_from_object=table.forward,
+        object_from_world=table.inverse,
+        translation_low=table.low if table.low.any() else np.zeros((0, 3), dtype=np.float32),
+        instance_material=_renumbered_materials(table.material, used_materials),
+        instance_source=table.source.astype(np.int32),
+        materials=material_table(materials.nodes[m] for m in used_materials),
+        lights=light_table(lights.lights),
+        cameras=cameras,
+        settings=settings_record(n for n in walked.order if isinstance(n, Settings)),
+        source_parent=table.sources.parent.astype(np.int32),
+        source_origin=renumbered(table.sources.origin, used_origins),
+        source_index=table.sources.number.astype(np.int32),
+        origins=origin_table,
+        text_ends=text_ends,
+        text_bytes=text_bytes,
+    )
+    pruned = Pruned(
+        equal_shapes=prototypes.equal,
+        empty_meshes=prototypes.empty,
+        unused_materials=len(materials.nodes) - len(set(used_materials) | {0}),
+        dark_lights=lights.dark,
+        singular_instances=len(singular),
+    )
+    return Flattened(ir, diagnostics, pruned)
+
+
+class _Materials:
+    """Distinct materials; number 0 is the default one."""
+
+    def __init__(self) -> None:
+        self.nodes = [DEFAULT_MATERIAL]
+        self._numbers = {DEFAULT_MATERIAL: 0}
+
+    def index(self, material: Material) -> int:
+        number = self._numbers.setdefault(material, len(self.nodes))
+        if number == len(self.nodes):
+            self.nodes.append(material)
+        return number
+
+    def used(self, table: Rows) -> list[int]:
+        """Numbers in order of first use, but the default first where a leaf may need it."""
+        codes = table.material[table.material != -1]
+        numbers = np.where(codes < 0, overriding(codes), codes)
+        used = [int(m) for m in first_uses(numbers, len(self.nodes))]
+        if needs_default_material(table):
+            return [0, *(m for m in used if m != 0)]
+        return used
+
+
+def _renumbered_materials(codes: Integers, used: list[int]) -> NDArray[np.int32]:
+    bound = renumbered(np.where(codes < -1, overriding(codes), codes), used).astype(np.int64)
+    return np.where(codes < -1, overriding(bound), bound).astype(np.int32)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lights:
+    lights: list[tuple[Light, Affine]]
+    cameras: list[tuple[Camera, Affine]]
+    dark: int
+    diagnostics: list[Diagnostic]
+
+
+def _lights(walked: Walk) -> _Lights:
+    """Lights and cameras, placed in the world: groups are never kept for them."""
+    nodes: list[Light | Camera] = []
+    dark = 0
+
+    def index(node: Node) -> int | None:
+        nonlocal dark
+        if isinstance(node, Sun | PointLight | Sky) and not contributes(node):
+            dark += 1
+        elif isinstance(node, Sun | PointLight | Sky | Camera):
+            nodes.append(node)
+            return len(nodes) - 1
+        return None
+
+    branches = compress(walked, index, lambda _: 0, Origins())
+    planned = plan(branches)
+    found = _Lights([], [], dark, [])
+    if planned.leaves[-1] > MAX_LIGHTS:
+        found.diagnostics.append(
+            Diagnostic(
+                "scene-too-many-lights",
+                "error",
+                f"{planned.leaves[-1]} lights and cameras exceed the limit of {MAX_LIGHTS}",
+                _label(nodes[0]),
+                help="place lights outside of repeated objects",
+            )
+        )
+        return found
+    (table,) = expand(branches, planned).values()
+    for lanes, placement in Frames(branches.chains, table).chunks():
+        for lane, number in enumerate(table.leaf_target[lanes]):
+            node, forward = nodes[number], placement.take(lane).forward
+            if isinstance(node, Camera):
+                found.cameras.append((node, forward))
+            else:
+                found.lights.append((node, forward))
+    return found
+
+
+def _label(node: Node) -> Label | None:
+    return Label(node.origin.place) if node.origin else None
+
+
+def _too_much(branches: Branches, planned: Plan, origins: Origins) -> list[Diagnostic]:
+    """Errors for scenes beyond the limits, at the innermost place that exceeds them."""
+    for limit, counts, code, words, mend in (
+        (
+            MAX_LEAVES,
+            planned.leaves,
+            "scene-too-many-instances",
+            "instances exceed the limit of 10^12",
+            "repeat fewer objects",
+        ),
+        (
+            MAX_LEVELS,
+            planned.levels,
+            "scene-too-deep",
+            f"levels of instances of groups exceed the limit of {MAX_LEVELS}",
+            "place objects in fewer steps",
+        ),
+    ):
+        for branch, count in enumerate(counts):
+            if count > limit:
+                place = _place(branches, branch, origins)
+                label = Label(place) if place else None
+                return [Diagnostic(code, "error", f"{count} {words}", label, help=mend)]
+    return []
+
+
+def _place(branches: Branches, branch: int, origins: Origins) -> Place | None:
+    for edge in branches.edges[branch]:
+        if edge.batch >= 0:
+            return origins.places[edge.batch]
+        if edge.segments:
+            return origins.places[edge.segments[0].origin]
+    return None
+
+
+def _singular(table: Rows, singular: Integers, origins: Origins) -> list[Diagnostic]:
+    """One warning for each place whose instances are left out."""
+    diagnostics = []
+    source = table.source[singular]
+    origin = np.where(source < 0, -1, table.sources.origin[source] if len(source) else source)
+    finite = np.isfinite(table.forward[singular]).all(axis=(1, 2))
+    for number in dict.fromkeys(origin.tolist()):
+        for has_map in (True, False):
+            count = int(((origin == number) & (finite == has_map)).sum())
+            if not count:
+                continue
+            who, whose = (
+                ("this instance is", "its transform")
+                if count == 1
+                else (f"{count} instances are", "their transform")
+            )
+            why = "has no inverse" if has_map else "is not finite"
+            diagnostics.append(
+                Diagnostic(
+                    "scene-singular-transform",
+                    "warning",
+                    f"{who} left out: {whose} {why}",
+                    Label(origins.places[number], "made here") if number >= 0 else None,
+                    help="a scale of 0 flattens an object to nothing that a ray could hit"
+                    if has_map
+                    else "keep numbers below 1e300",
+                )
+            )
+    return diagnostics

@@ -1,0 +1,155 @@
+"""Frames → matrices: every leaf's placement in its group, in double-double, rounded once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compiler.affine import STILL, Placement, scatter_placements
+from compiler.compress import Chain
+from compiler.double_double import Part
+from compiler.expand import Integers, Table
+from compiler.transforms import compose, compose_many
+from dsl.scene import Step
+
+# Lanes worked on at once: their matrices fit into the second-level cache.
+_CHUNK = 8192
+# A low part below this fraction of its number is less than the rounding of `translation_low`.
+_NOISE = 2.0**-80
+
+
+class Frames:
+    """The frames of a table, ready to be evaluated for any of its leaves.
+
+    A frame d levels deep is the product of d placements: the outer d - 1 in pairs, pairs of
+    pairs and so on from the inside, times its own. Which products are made depends on d only.
+    """
+
+    def __init__(self, chains: Sequence[Chain], table: Table) -> None:
+        self._chains = chains
+        self._parent = np.frombuffer(table.frame_parent, dtype=np.int64)
+        self._chain = np.frombuffer(table.frame_chain, dtype=np.int64)
+        self._lane = np.frombuffer(table.frame_lane, dtype=np.int64)
+        self._leaf_frame = np.frombuffer(table.leaf_frame, dtype=np.int64)
+        # Chains too large to hold their lanes in double-double are composed when needed.
+        self._large = np.array([chain.count > _CHUNK for chain in chains], dtype=bool)
+        self._pool, self._first = self._pooled()
+        self._inner = np.full(len(self._parent), -1)
+        parents = np.zeros(len(self._parent), dtype=bool)
+        parents[self._parent[self._parent >= 0]] = True
+        inner = np.flatnonzero(parents)
+        self._inner[inner] = np.arange(len(inner))
+        self._outer = self._inner_placements(inner)
+
+    def chunks(self) -> Iterator[tuple[slice, Placement]]:
+        """The placements of all leaves, some at a time, each with the slice of leaves it covers."""
+        frame = self._leaf_frame
+        known = np.concatenate([self._large[self._chain], [False]])
+        chain = np.concatenate([self._chain, [-1]])
+        large = np.where(known[frame], chain[frame], -1)
+        starts = np.flatnonzero(np.diff(large, prepend=-2))
+        for start, end in zip(starts, np.append(starts[1:], len(frame)), strict=False):
+            for a in range(start, end, _CHUNK):
+                chunk = slice(a, min(a + _CHUNK, int(end)))
+                with np.errstate(all="ignore"):
+                    yield chunk, self._placements(frame[chunk], int(large[start]))
+
+    def _placements(self, frame: Integers, large: int) -> Placement:
+        if large >= 0:
+            own = _lanes(self._chains[large], self._lane[frame])
+        else:
+            own = self._pool.take(self._pool_lane(frame))
+        parent = np.where(frame < 0, -1, self._parent[frame]) if len(self._parent) else frame
+        if (parent < 0).all():
+            return own
+        if (parent == parent[0]).all():
+            return self._outer.take(int(self._inner[parent[0]])) @ own
+        placed = np.flatnonzero(parent >= 0)
+        free = np.flatnonzero(parent < 0)
+        product = self._outer.take(self._inner[parent[placed]]) @ own.take(placed)
+        return scatter_placements([(product, placed), (own.take(free), free)], len(frame))
+
+    def _pool_lane(self, frame: Integers) -> Integers:
+        """Where the pool holds a frame's own placement; lane 0 is the identity, for frame -1."""
+        if not len(self._chain):
+            return np.zeros(len(frame), dtype=np.int64)
+        own = self._first[self._chain[frame]] + self._lane[frame]
+        return np.where(frame < 0, 0, own)
+
+    def _pooled(self) -> tuple[Placement, Integers]:
+        """All lanes of all chains but the large ones, and the first of each chain."""
+        counts = np.where(self._large, 0, [chain.count for chain in self._chains]).astype(np.int64)
+        first = 1 + np.cumsum(counts) - counts
+        single = np.flatnonzero(counts == 1)
+        parts = [(STILL, np.zeros(1, dtype=np.int64))]
+        if len(single):
+            parts.append(
+                (compose_many([self._chains[c].steps for c in single.tolist()]), first[single])
+            )
+        parts += [
+            (compose(self._chains[c].steps), first[c] + np.arange(counts[c]))
+            for c in np.flatnonzero(counts > 1).tolist()
+        ]
+        return scatter_placements(parts, int(1 + counts.sum())), first
+
+    def _inner_placements(self, frames: Integers) -> Placement:
+        """The placements of frames that have frames in them, by doubling the known way upwards."""
+        if not len(frames):
+            return STILL
+        parts: list[tuple[Placement, Integers]] = []
+        large = np.where(self._large[self._chain[frames]], self._chain[frames], -1)
+        for chain in np.unique(large):
+            where = np.flatnonzero(large == chain)
+            if chain >= 0:
+                parts.append((_lanes(self._chains[chain], self._lane[frames[where]]), where))
+            else:
+                parts.append((self._pool.take(self._pool_lane(frames[where])), where))
+        known = scatter_placements(parts, len(frames))
+        above = np.where(self._parent[frames] < 0, -1, self._inner[self._parent[frames]])
+        with np.errstate(all="ignore"):
+            while (above >= 0).any():
+                rest = np.flatnonzero(above >= 0)
+                done = np.flatnonzero(above < 0)
+                product = known.take(above[rest]) @ known.take(rest)
+                parts = [(product, rest), (known.take(done), done)]
+                known = scatter_placements(parts, len(frames))
+                above[rest] = above[above[rest]]
+        return known
+
+
+def _lanes(chain: Chain, lanes: Integers) -> Placement:
+    """Some lanes of a batch."""
+    if len(lanes) and (np.diff(lanes) == 1).all():
+        index: Integers | slice = slice(int(lanes[0]), int(lanes[-1]) + 1)
+    else:
+        index = lanes
+    return compose(
+        [s if s.values.ndim == 1 else Step(s.kind, s.values[index], s.inverse) for s in chain.steps]
+    )
+
+
+def matrices(
+    frames: Frames, count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32], NDArray[np.bool_]]:
+    """All leaves: world_from_object, object_from_world, translation_low, and whether both exist."""
+    forward, inverse = np.empty((count, 3, 4)), np.empty((count, 3, 4))
+    low = np.zeros((count, 3), dtype=np.float32)
+    exists = np.empty(count, dtype=bool)
+    for chunk, placement in frames.chunks():
+        placement.forward.round_into(forward[chunk])
+        placement.inverse.round_into(inverse[chunk])
+        for axis, entry in enumerate(placement.forward.translation):
+            low[chunk, axis] = _significant(entry.lo, entry.hi)
+        finite = np.isfinite(forward[chunk]) & np.isfinite(inverse[chunk])
+        exists[chunk] = finite.all(axis=(1, 2))
+    return forward, inverse, low, exists
+
+
+def _significant(lo: Part, hi: Part) -> Part:
+    """`lo` where it says something about `hi` and float32 can hold it, else 0."""
+    with np.errstate(invalid="ignore"):
+        says = (np.abs(lo) > _NOISE * np.abs(hi)) & (np.abs(lo) < np.finfo(np.float32).max)
+        part: Part = np.where(says, lo, 0.0)[()]
+    return part

@@ -1,0 +1,171 @@
+"""The instance table in the making: rows placed, the singular dropped, references renumbered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compiler.compress import NO_MATERIAL, Branches
+from compiler.expand import Integers, Plan, expand, joined
+from compiler.ir import COUNTED
+from compiler.place import Frames, matrices
+
+
+class Sources(NamedTuple):
+    """The columns of the source segments: parent, origin, number among siblings."""
+
+    parent: Integers
+    origin: Integers
+    number: Integers
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Instances of all groups; columns as in `SceneIR`, prototypes and materials provisional."""
+
+    ranges: Integers  # (g, 2)
+    target: Integers
+    forward: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+    low: NDArray[np.float32]
+    material: Integers
+    source: Integers
+    sources: Sources
+
+    def kept(self, keep: NDArray[np.bool_]) -> Rows:
+        """Only the rows where `keep`."""
+        ends = np.concatenate([[0], np.cumsum(keep)])
+        return replace(
+            self,
+            ranges=ends[self.ranges],
+            target=self.target[keep],
+            forward=self.forward[keep],
+            inverse=self.inverse[keep],
+            low=self.low[keep],
+            material=self.material[keep],
+            source=self.source[keep],
+        )
+
+
+def rows(branches: Branches, plan: Plan) -> tuple[Rows, NDArray[np.bool_]]:
+    """The rows of all groups, and which of them have a finite placement and inverse."""
+    tables = expand(branches, plan)
+    ends = np.cumsum([len(table.leaf_target) for table in tables.values()])
+    table = joined(tables.values())
+    target = _column(table.leaf_target)
+    if len(tables) > 1:
+        number = np.zeros(len(branches.edges), dtype=np.int64)
+        number[list(tables)] = np.arange(len(tables))
+        target = np.where(target < 0, ~number[np.where(target < 0, ~target, 0)], target)
+    forward, inverse, low, exists = matrices(Frames(branches.chains, table), len(target))
+    sources = Sources(
+        _column(table.source_parent), _column(table.source_origin), _column(table.source_index)
+    )
+    ranges = np.stack([np.concatenate([[0], ends[:-1]]), ends], axis=1)
+    columns = _column(table.leaf_material), _column(table.leaf_source)
+    return Rows(ranges, target, forward, inverse, low, *columns, sources), exists
+
+
+def without(rows: Rows, dropped: Integers) -> Rows:
+    """`rows` without those at `dropped`, and without what then is empty or out of reach."""
+    rows = _numbered(rows, np.unique(rows.source[dropped]))
+    keep = np.ones(len(rows.target), dtype=bool)
+    keep[dropped] = False
+    rows = rows.kept(keep)
+    while True:
+        empty = rows.ranges[:, 0] == rows.ranges[:, 1]
+        keep = (rows.target >= 0) | ~empty[np.where(rows.target < 0, ~rows.target, 0)]
+        if keep.all():
+            break
+        rows = rows.kept(keep)
+    return _reachable(rows)
+
+
+def needs_default_material(rows: Rows) -> bool:
+    """Whether some leaf has no material on its whole way up to the root."""
+    bare = np.zeros(len(rows.ranges), dtype=bool)
+    inherits = rows.material == NO_MATERIAL
+    group = np.repeat(np.arange(len(rows.ranges)), np.diff(rows.ranges, axis=1).ravel())
+    below = np.where(rows.target < 0, ~rows.target, 0)
+    while True:
+        found = np.zeros_like(bare)
+        found[group[inherits & ((rows.target >= 0) | bare[below])]] = True
+        if (found == bare).all():
+            return bool(bare[0])
+        bare = found
+
+
+def first_uses(numbers: Integers, count: int) -> Integers:
+    """The distinct values of `numbers`, which are below `count`, in order of first appearance."""
+    first = np.full(count, len(numbers))
+    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
+    order = np.argsort(first, kind="stable")
+    return order[: int((first < len(numbers)).sum())]
+
+
+def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.int32]:
+    """Each number replaced by its place in `used`; negative ones stay."""
+    used = np.asarray(used, dtype=np.int64)
+    place = np.zeros(int(used.max(initial=0)) + 1, dtype=np.int64)
+    place[used] = np.arange(len(used))
+    return np.where(numbers < 0, numbers, place[np.maximum(numbers, 0)]).astype(np.int32)
+
+
+def _column(column: Sequence[int]) -> Integers:
+    return np.frombuffer(column, dtype=np.int64)  # type: ignore[call-overload,no-any-return]
+
+
+def _numbered(rows: Rows, affected: Integers) -> Rows:
+    """`rows` with segments of their own where counting (`COUNTED`) will not do any more."""
+    source, sources = rows.source.copy(), rows.sources
+    for below in affected[affected >= 0]:
+        chain = [int(below)]
+        while sources.number[chain[-1]] != COUNTED and sources.parent[chain[-1]] >= 0:
+            chain.append(int(sources.parent[chain[-1]]))
+        if sources.number[chain[-1]] != COUNTED:
+            continue
+        members = np.flatnonzero(rows.source == below)
+        number = np.arange(len(members))
+        parents = np.full(len(members), sources.parent[chain[-1]])
+        for segment in reversed(chain):
+            index = (
+                number if segment == chain[-1] else np.full(len(members), sources.number[segment])
+            )
+            origin = np.full(len(members), sources.origin[segment])
+            first = len(sources.parent)
+            new = (parents, origin, index)
+            sources = Sources(*(np.concatenate(p) for p in zip(sources, new, strict=True)))
+            parents = first + number
+        source[members] = parents
+    return replace(rows, source=source, sources=sources)
+
+
+def _reachable(rows: Rows) -> Rows:
+    """Only the groups that the root refers to, numbered in that order."""
+    order = [0]
+    for group in order:
+        first, end = rows.ranges[group]
+        target = rows.target[first:end]
+        order += [
+            int(g) for g in first_uses(~target[target < 0], len(rows.ranges)) if g not in order
+        ]
+    index = np.concatenate([np.arange(*rows.ranges[group]) for group in order])
+    sizes = np.diff(rows.ranges[order], axis=1).ravel()
+    ends = np.cumsum(sizes)
+    place = np.zeros(len(rows.ranges), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    target = rows.target[index]
+    return replace(
+        rows,
+        ranges=np.stack([ends - sizes, ends], axis=1),
+        target=np.where(target < 0, ~place[np.where(target < 0, ~target, 0)], target),
+        forward=rows.forward[index],
+        inverse=rows.inverse[index],
+        low=rows.low[index],
+        material=rows.material[index],
+        source=rows.source[index],
+    )

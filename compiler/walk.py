@@ -1,0 +1,70 @@
+"""A first walk over a scene graph: files are read, nodes put into order, references counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from dsl.diagnostics import Diagnostic
+from dsl.scene import Bind, File, Group, Instances, Node
+
+Load = Callable[[File], tuple[Node | None, list[Diagnostic]]]
+"""Reads the object of a file; None and an error among the diagnostics if that fails."""
+
+_EMPTY = Group(())
+
+
+@dataclass(slots=True)
+class Walk:
+    """Every reachable node of a graph once, children before parents, siblings as emitted.
+
+    `references` counts, by `id`, the placements of each node, every lane of a batch as one.
+    """
+
+    root: Node
+    order: list[Node] = field(default_factory=list)
+    references: dict[int, int] = field(default_factory=dict)
+    contents: dict[int, Node] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def children(self, node: Node) -> tuple[Node, ...]:
+        """The nodes right below `node`; a file's is what was read from it."""
+        match node:
+            case Group():
+                return node.items
+            case Instances():
+                return () if node.transform.count == 0 else (node.child,)
+            case Bind():
+                return (node.child,)
+            case File():
+                return (self.contents[id(node)],)
+            case _:
+                return ()
+
+
+def walk(root: Node, load: Load) -> Walk:
+    """Go over the graph below `root`, of any depth; equal `File`s are read once."""
+    result = Walk(root)
+    read: dict[tuple[str, str, str | None, str | None], Node] = {}
+    entered: set[int] = set()
+    stack: list[tuple[Node, bool]] = [(root, False)]
+    while stack:
+        node, done = stack.pop()
+        if done:
+            result.order.append(node)
+        elif id(node) not in entered:
+            entered.add(id(node))
+            if isinstance(node, File):
+                key = (node.kind, node.path, node.prim, node.folder)
+                if key not in read:
+                    content, diagnostics = load(node)
+                    read[key] = content or _EMPTY
+                    result.diagnostics += diagnostics
+                result.contents[id(node)] = read[key]
+            children = result.children(node)
+            lanes = (node.transform.count or 1) if isinstance(node, Instances) else 1
+            for child in children:
+                result.references[id(child)] = result.references.get(id(child), 0) + lanes
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(children))
+    return result
