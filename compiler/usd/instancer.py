@@ -75,8 +75,9 @@ def point_batches(
             continue
         if material is not None:
             child = Bind(child, material)
-        steps = points.steps(chosen)
-        batches.append(Instances(child, Transform(steps), indices=chosen, origin=origin))
+        every = len(chosen) == len(points.usable)
+        indices = None if every else chosen
+        batches.append(Instances(child, Transform(points.steps(chosen)), indices, origin))
     return batches
 
 
@@ -110,7 +111,13 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     outside = (prototypes < 0) | (prototypes >= targets)
     _leave_out(usable, outside, "prototype index is out of range", report, path)
     usable &= ~_masked(instancer, clock, count, report)
-    return Points(prototypes, arrays["positions"], arrays["scales"], arrays["orientations"], usable)
+    return Points(
+        prototypes,
+        arrays["positions"],
+        arrays.get("scales"),
+        arrays.get("orientations"),
+        usable,
+    )
 
 
 def _padded(array: FloatArray, count: int) -> FloatArray:

@@ -1,0 +1,370 @@
+"""Native instances and point instancers: shared, placed, named, and robust."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+NESTED = """
+class Xform "_wheel" {
+    def Sphere "tyre" {
+        double3 xformOp:translate = (0, 0, 1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+class Xform "_car" {
+    def Cube "body" {
+    }
+    def Xform "left" (instanceable = true
+        inherits = </_wheel>
+    ) {
+        double3 xformOp:translate = (-1, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def "right" (instanceable = true
+        inherits = </_wheel>
+    ) {
+    }
+}
+def Xform "lot" {
+    double3 xformOp:translate = (0, 10, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Xform "a" (instanceable = true
+        inherits = </_car>
+    ) {
+        double3 xformOp:translate = (100, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def "b" (instanceable = true
+        inherits = </_car>
+    ) {
+    }
+}
+"""
+
+
+def expected_worlds(path: Path) -> dict[str, np.ndarray]:
+    """World matrices of all gprims by path through instance proxies, by usd-core alone."""
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.Open(str(path))
+    cache = UsdGeom.XformCache()
+    return {
+        str(prim.GetPath()): np.array(cache.GetLocalToWorldTransform(prim)).T
+        for prim in Usd.PrimRange(
+            stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+        )
+        if prim.IsA(UsdGeom.Gprim)
+    }
+
+
+def test_nested_native_instances_stand_where_usd_core_has_them(
+    load: Callable[..., Any], tmp_path: Path
+) -> None:
+    imported = load(NESTED)
+    worlds = expected_worlds(tmp_path / "stage.usda")
+    assert imported.paths() == list(worlds)
+    for leaf in imported.leaves:
+        np.testing.assert_allclose(leaf.world, worlds[leaf.path], atol=1e-13)
+    assert len({id(leaf.node) for leaf in imported.leaves}) == 2
+
+
+def test_insides_of_equal_instances_are_one_node(load: Callable[..., Any]) -> None:
+    imported = load("""
+class Xform "_pair" {
+    def Cube "a" {
+    }
+    def Cube "b" {
+    }
+}
+""" + "".join(f'def Xform "i{n}" (instanceable = true\ninherits = </_pair>\n) {{\n}}\n' for n in range(50)))  # fmt: skip
+    assert len({id(edge.child) for edge in imported.graph.root.items}) == 1
+    assert imported.paths()[98:] == ["/i49/a", "/i49/b"]
+
+
+def test_meshes_of_a_prototype_are_shared_even_where_contexts_differ(
+    load: Callable[..., Any],
+) -> None:
+    triangle = """
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+    """
+    imported = load(f"""
+class Xform "_x" {{
+    def Mesh "m" {{{triangle}
+    }}
+}}
+def Xform "a" (instanceable = true
+    inherits = </_x>
+) {{
+    token purpose = "render"
+}}
+def Xform "b" (instanceable = true
+    inherits = </_x>
+) {{
+    color3f[] primvars:displayColor = [(1, 0, 0)]
+}}
+""")
+    a, b = imported.leaves
+    assert a.node is b.node
+    assert a.material.diffuse == (0.18, 0.18, 0.18)
+    assert b.material.diffuse == (1.0, 0.0, 0.0)
+
+
+POINTS = """
+def Xform "world" {
+    double3 xformOp:translate = (5, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def PointInstancer "trees" {
+        float3 xformOp:rotateXYZ = (10, 20, 30)
+        uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+        rel prototypes = [</world/trees/oak>, </elsewhere/fir>]
+        int[] protoIndices = [1, 0, 1, 0, 0]
+        point3f[] positions = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0), (4, 0, 0)]
+        float3[] scales = [(1, 1, 1), (2, 1, 1), (1, 3, 1), (1, 1, 1), (1, 1, 0.5)]
+        quath[] orientations = [(1, 0, 0, 0), (0.7071, 0.7071, 0, 0), (0, 0, 1, 0),
+                                (0.5, 0.5, 0.5, 0.5), (0.9, 0.436, 0, 0)]
+        MASKS
+        def Xform "oak" {
+            double3 xformOp:translate = (0, 0, 7)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Cube "crown" {
+                double3 xformOp:translate = (0, 2, 0)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+            }
+            def Cylinder "trunk" {
+                uniform token axis = "Y"
+            }
+        }
+    }
+}
+def Xform "elsewhere" {
+    double3 xformOp:translate = (1000, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Sphere "fir" {
+        double3 xformOp:translate = (0, 0, 3)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("masks", "kept"),
+    [
+        ("", [0, 1, 2, 3, 4]),
+        ("int64[] invisibleIds = [1, 2]", [0, 3, 4]),
+        ("int64[] ids = [10, 11, 12, 13, 14]\nint64[] invisibleIds = [11, 3]", [0, 2, 3, 4]),
+        ("int64[] ids = [10, 11, 12]\nint64[] invisibleIds = [0]", [1, 2, 3, 4]),
+    ],
+)
+def test_points_stand_where_usd_core_has_them(
+    load: Callable[..., Any], tmp_path: Path, masks: str, kept: list[int]
+) -> None:
+    from pxr import Usd, UsdGeom
+
+    imported = load(POINTS.replace("MASKS", masks))
+    stage = Usd.Stage.Open(str(tmp_path / "stage.usda"))
+    instancer = UsdGeom.PointInstancer.Get(stage, "/world/trees")
+    instancer.GetInvisibleIdsAttr().Clear()
+    transforms = instancer.ComputeInstanceTransformsAtTime(0, 0)
+    cache = UsdGeom.XformCache()
+    outer = cache.GetLocalToWorldTransform(instancer.GetPrim())
+    parts = {0: ["/world/trees/oak/crown", "/world/trees/oak/trunk"], 1: ["/elsewhere/fir"]}
+    expected = []
+    for number, root in enumerate(["/world/trees/oak", "/elsewhere/fir"]):
+        for row in kept:
+            if instancer.GetProtoIndicesAttr().Get()[row] == number:
+                for part in parts[number]:
+                    local, _ = cache.ComputeRelativeTransform(
+                        stage.GetPrimAtPath(part), stage.GetPrimAtPath(root)
+                    )
+                    world = np.array(local * transforms[row] * outer).T
+                    expected.append((f"{part}@/world/trees[{row}]", world))
+    expected.append(
+        ("/elsewhere/fir",
+         np.array(cache.GetLocalToWorldTransform(stage.GetPrimAtPath("/elsewhere/fir"))).T)
+    )  # fmt: skip
+    assert imported.paths() == [path for path, _ in expected]
+    for leaf, (_, world) in zip(imported.leaves, expected, strict=True):
+        np.testing.assert_allclose(leaf.world, world, atol=1e-6)
+
+
+def test_inactive_ids_are_left_out(load: Callable[..., Any]) -> None:
+    text = POINTS.replace("MASKS", "").replace(
+        'def PointInstancer "trees" {', 'def PointInstancer "trees" (inactiveIds = [0, 4]) {'
+    )
+    paths = load(text).paths()
+    assert [p for p in paths if "fir@" in p] == ["/elsewhere/fir@/world/trees[2]"]
+    assert "/world/trees/oak/crown@/world/trees[4]" not in paths
+
+
+def test_bad_points_are_left_out_and_the_others_keep_their_places(
+    load: Callable[..., Any],
+) -> None:
+    imported = load("""
+def PointInstancer "p" {
+    rel prototypes = [</p/a>, </p/missing>, </p/b>]
+    int[] protoIndices = [0, 1, 7, -1, 2, 0, 0]
+    point3f[] positions = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0), (4, 0, 0), (nan, 0, 0)]
+    float3[] scales = []
+    def Cube "a" {
+    }
+    def Cube "b" {
+    }
+}
+def PointInstancer "empty" {
+}
+""")
+    assert imported.paths() == ["/p/a@/p[0]", "/p/b@/p[4]"]
+    assert [leaf.world[0, 3] for leaf in imported.leaves] == [0.0, 4.0]
+    assert imported.said("6 `positions` for 7 instances")
+    assert imported.said("2 instances whose prototype index is out of range")
+    assert imported.said("missing prototype </p/missing>")
+    assert imported.said("1 instances whose `positions` are not finite")
+    assert imported.said("without indices or positions").primary.place.prim == "/empty"
+
+
+def test_quaternions_far_from_unit_are_normalised(load: Callable[..., Any]) -> None:
+    (leaf,) = load("""
+def PointInstancer "p" {
+    rel prototypes = </p/a>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 0, 0)]
+    quath[] orientations = [(3, 0, 0, 3)]
+    quatf[] orientationsf = [(2, 0, 0, 2)]
+    def Cube "a" {
+    }
+}
+""").leaves
+    np.testing.assert_allclose(leaf.world[:3, :3] @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_instancers_nest_in_each_other_and_in_native_instances(load: Callable[..., Any]) -> None:
+    imported = load("""
+class Xform "_grove" {
+    def PointInstancer "outer" {
+        rel prototypes = </_grove/outer/inner>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 0, 0), (10, 0, 0)]
+        def PointInstancer "inner" {
+            rel prototypes = </_grove/outer/inner/car>
+            int[] protoIndices = [0, 0]
+            point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+            int64[] invisibleIds = [0]
+            def Xform "car" (instanceable = true
+                inherits = </_car>
+            ) {
+            }
+        }
+    }
+}
+class Xform "_car" {
+    def Sphere "s" {
+    }
+}
+def Xform "north" (instanceable = true
+    inherits = </_grove>
+) {
+    double3 xformOp:translate = (0, 100, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Xform "south" (instanceable = true
+    inherits = </_grove>
+) {
+}
+""")
+    assert imported.paths() == [
+        f"/{side}/outer/inner/car/s@/{side}/outer/inner[1]@/{side}/outer[{i}]"
+        for side in ("north", "south")
+        for i in (0, 1)
+    ]
+    assert [leaf.world[:2, 3].tolist() for leaf in imported.leaves] == [
+        [1.0, 100.0], [11.0, 100.0], [1.0, 0.0], [11.0, 0.0],
+    ]  # fmt: skip
+    assert imported.diagnostics == []
+
+
+def test_prototypes_may_be_classes_and_overs(load: Callable[..., Any]) -> None:
+    imported = load("""
+def PointInstancer "p" {
+    rel prototypes = [</_class>, </p/over>]
+    int[] protoIndices = [0, 1]
+    point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+    over "over" {
+        def Sphere "s" {
+        }
+    }
+}
+class Xform "_class" {
+    def Cube "c" {
+    }
+}
+""")
+    assert imported.paths() == ["/_class/c@/p[0]", "/p/over/s@/p[1]"]
+
+
+def test_a_reset_within_a_prototype_drops_what_is_within_the_prototype(
+    load: Callable[..., Any],
+) -> None:
+    (leaf,) = load("""
+def PointInstancer "p" {
+    double3 xformOp:translate = (100, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    rel prototypes = </p/a>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 10, 0)]
+    def Xform "a" {
+        def Xform "moved" {
+            double3 xformOp:translate = (7, 7, 7)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Cube "c" {
+                double3 xformOp:translate = (0, 0, 1)
+                uniform token[] xformOpOrder = ["!resetXformStack!", "xformOp:translate"]
+            }
+        }
+    }
+}
+""").leaves
+    assert leaf.world[:3, 3].tolist() == [100.0, 10.0, 1.0]
+
+
+def test_prototypes_that_contain_themselves_end(load: Callable[..., Any]) -> None:
+    imported = load("""
+def PointInstancer "p" {
+    rel prototypes = [</p/a>, </p/b>]
+    int[] protoIndices = [0, 1]
+    point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+    def Xform "a" {
+        def PointInstancer "q" {
+            rel prototypes = [</p/a>]
+            int[] protoIndices = [0]
+            point3f[] positions = [(0, 0, 0)]
+        }
+    }
+    def Cube "b" {
+    }
+}
+""")
+    assert imported.paths() == ["/p/b@/p[1]"]
+    assert imported.said("contains itself").primary.place.prim == "/p/a"
+
+
+def test_deep_hierarchies_are_no_matter(load: Callable[..., Any], tmp_path: Path) -> None:
+    from pxr import Sdf
+
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "deep.usda"))
+    path = Sdf.Path("/x")
+    for _ in range(1500):
+        Sdf.CreatePrimInLayer(layer, path).specifier = Sdf.SpecifierDef
+        path = path.AppendChild("x")
+    cube = Sdf.CreatePrimInLayer(layer, path)
+    cube.specifier, cube.typeName = Sdf.SpecifierDef, "Cube"
+    layer.Save()
+    (leaf,) = load(tmp_path / "deep.usda").leaves
+    assert leaf.path == str(path)

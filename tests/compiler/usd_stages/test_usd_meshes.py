@@ -1,0 +1,152 @@
+"""Meshes: orientation, holes, odd types, and splitting by colour or subset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+SQUARE = """
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    uniform token subdivisionScheme = "none"
+"""
+STRIP = """
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0),
+                        (3, 0, 0), (3, 1, 0)]
+    int[] faceVertexCounts = [4, 4, 4]
+    int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 5, 2, 4, 6, 7, 5]
+    uniform token subdivisionScheme = "none"
+"""
+
+
+def normals(mesh: Any) -> np.ndarray:
+    a, b, c = (mesh.points[mesh.triangles[:, i]] for i in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+@pytest.mark.parametrize(("orientation", "sign"), [("rightHanded", 1.0), ("leftHanded", -1.0)])
+def test_normals_follow_the_orientation(
+    load: Callable[..., Any], orientation: str, sign: float
+) -> None:
+    (leaf,) = load(f"""
+def Mesh "m" {{{SQUARE}
+    uniform token orientation = "{orientation}"
+}}
+""").leaves
+    np.testing.assert_allclose(normals(leaf.node), [[0, 0, sign]] * 2)
+
+
+def test_holes_are_left_out_and_unused_points_with_them(load: Callable[..., Any]) -> None:
+    (leaf,) = load(f"""
+def Mesh "m" {{{STRIP}
+    int[] holeIndices = [0, 99]
+}}
+""").leaves
+    assert len(leaf.node.triangles) == 4
+    assert leaf.node.points[:, 0].min() == 1.0
+    assert len(leaf.node.points) == 6
+
+
+@pytest.mark.parametrize("points", ["double3[]", "half3[]", "int3[]", "vector3d[]"])
+def test_points_of_any_numeric_triples_are_read(load: Callable[..., Any], points: str) -> None:
+    (leaf,) = load('def Mesh "m" {' + SQUARE.replace("point3f[]", points) + "}").leaves
+    assert leaf.node.points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    "points", ["int[] points = [1, 2, 3]", "float3 points = (1, 2, 3)", "string points = 'x'",
+               "float4[] points = [(1, 2, 3, 4)]"],
+)  # fmt: skip
+def test_points_of_other_types_are_reported(load: Callable[..., Any], points: str) -> None:
+    first = SQUARE.index("int[] face")
+    imported = load('def Mesh "m" {\n    ' + points + "\n    " + SQUARE[first:] + "}")
+    assert imported.leaves == []
+    assert imported.said("wrong type").primary.place.prim == "/m"
+
+
+@pytest.mark.parametrize("body", ["", "point3f[] points = [(0, 0, 0)]"])
+def test_empty_meshes_are_reported(load: Callable[..., Any], body: str) -> None:
+    imported = load(f'def Mesh "m" {{\n{body}\n}}')
+    assert imported.leaves == []
+    assert imported.codes() == ["usd-mesh"]
+
+
+def test_faults_name_their_mesh_and_the_rest_is_drawn(load: Callable[..., Any]) -> None:
+    imported = load("""
+def Mesh "m" {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (nan, 0, 0)]
+    int[] faceVertexCounts = [3, 3, 3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 1, 7, 0, 1, 3, 0]
+}
+""")
+    (leaf,) = imported.leaves
+    assert leaf.node.triangles.tolist() == [[0, 1, 2]]
+    assert np.isfinite(leaf.node.points).all()
+    assert imported.codes() == ["usd-mesh"] * 3 + ["usd-subdivision"]
+
+
+def test_one_warning_for_each_scheme(load: Callable[..., Any]) -> None:
+    loop = SQUARE.replace('"none"', '"loop"')
+    implied = SQUARE[: SQUARE.index("uniform")]
+    imported = load(
+        f'def Mesh "a" {{{implied}}}\ndef Mesh "b" {{{implied}}}\ndef Mesh "c" {{{loop}}}\n'
+    )
+    assert [d.message for d in imported.diagnostics] == [
+        "`catmullClark` meshes are drawn as their cages (2 prims)",
+        "`loop` meshes are drawn as their cages",
+    ]
+    assert [label.place.prim for label in imported.diagnostics[0].secondary] == ["/b"]
+
+
+def test_uniform_colours_split_a_mesh(load: Callable[..., Any]) -> None:
+    imported = load(f"""
+def Mesh "m" {{{STRIP}
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 0, 1)] (interpolation = "uniform")
+    int[] primvars:displayColor:indices = [1, 0, 1]
+}}
+""")
+    found = {leaf.material.diffuse: leaf.node.points[:, 0] for leaf in imported.leaves}
+    assert imported.paths() == ["/m", "/m"]
+    assert sorted(set(found[(1.0, 0.0, 0.0)])) == [1.0, 2.0]
+    assert sorted(set(found[(0.0, 0.0, 1.0)])) == [0.0, 1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying"])
+def test_smooth_colours_become_their_mean(load: Callable[..., Any], interpolation: str) -> None:
+    colors = ", ".join(["(1, 0, 0)", "(0, 1, 0)"] * 2)
+    imported = load(f"""
+def Mesh "m" {{{SQUARE}
+    color3f[] primvars:displayColor = [{colors}] (interpolation = "{interpolation}")
+}}
+""")
+    assert imported.leaves[0].material.diffuse == (0.5, 0.5, 0.0)
+    assert imported.said(interpolation).primary.place.prim == "/m"
+
+
+def test_subsets_take_their_materials_and_the_rest_falls_back(load: Callable[..., Any]) -> None:
+    imported = load(f"""
+def Mesh "m" (prepend apiSchemas = ["MaterialBindingAPI"]) {{{STRIP}
+    color3f[] primvars:displayColor = [(0, 1, 0)]
+    uniform token subsetFamily:materialBind:familyType = "nonOverlapping"
+    def GeomSubset "s" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+        uniform token elementType = "face"
+        uniform token familyName = "materialBind"
+        int[] indices = [1, 77]
+        rel material:binding = </red>
+    }}
+}}
+def Material "red" {{
+    token outputs:surface.connect = </red/shader.outputs:surface>
+    def Shader "shader" {{
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (1, 0, 0)
+        token outputs:surface
+    }}
+}}
+""")
+    found = {leaf.material.diffuse: len(leaf.node.triangles) for leaf in imported.leaves}
+    assert found == {(1.0, 0.0, 0.0): 2, (0.0, 1.0, 0.0): 4}
