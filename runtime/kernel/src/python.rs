@@ -1,4 +1,7 @@
 //! The face the kernel shows to Python: `runtime._kernel`.
+#[allow(dead_code)]
+mod render;
+
 use pyo3::prelude::*;
 
 /// `runtime._kernel`: see `runtime/_kernel.pyi` for the contract.
