@@ -84,9 +84,7 @@ class Transform:
 
     def inverted(self) -> Transform:
         """The exact inverse: the steps in reverse order, each inverted."""
-        return Transform(
-            tuple(Step(s.kind, s.values, not s.inverse) for s in reversed(self.steps))
-        )
+        return Transform(tuple(Step(s.kind, s.values, not s.inverse) for s in reversed(self.steps)))
 
 
 class ShapeKind(StrEnum):
@@ -298,9 +296,7 @@ class Settings:
     origin: Origin | None = None
 
 
-Node = (
-    Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
-)
+Node = Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,265 @@
+"""The syntax tree: what a source says, before it means anything.
+
+Nodes are frozen, compared by identity, and each has the span of its text. Left-recursive constructs
+(sums, products, suffix chains, `else if`) are flat sequences, so a tree is never deeper
+than the brackets of its source.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dsl.spans import Source, Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Missing:
+    """An expression that could not be read; its fault has been reported."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Number:
+    """`1.5`."""
+
+    span: Span
+    value: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AngleLiteral:
+    """`40deg`, `0.5turn`."""
+
+    span: Span
+    degrees: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boolean:
+    """`true` or `false`."""
+
+    span: Span
+    value: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class String:
+    """`"text"`, its escapes resolved."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ColorLiteral:
+    """`#d2b48c`, already linear."""
+
+    span: Span
+    components: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Name:
+    """A use of a name."""
+
+    span: Span
+    name: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VectorLiteral:
+    """`(a, b)` up to four components."""
+
+    span: Span
+    components: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ListLiteral:
+    """`[a, b, …]`."""
+
+    span: Span
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Operator:
+    """An operator's word and place."""
+
+    span: Span
+    symbol: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unary:
+    """`-a` or `not a`."""
+
+    span: Span
+    operator: Operator
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Operation:
+    """Operands joined by operators of one precedence, read from the left.
+
+    `operands` has one more element than `operators`.
+    """
+
+    span: Span
+    operands: tuple[Expression, ...]
+    operators: tuple[Operator, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Argument:
+    """`value` or `name: value`."""
+
+    span: Span
+    name: str | None
+    name_span: Span | None
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Call:
+    """The suffix `(arguments)`."""
+
+    span: Span
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Member:
+    """The suffix `.name`; before a `Call`, a suffix call or a call of a file's function."""
+
+    span: Span
+    name: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Index:
+    """The suffix `[index]`."""
+
+    span: Span
+    index: Expression
+
+
+Suffix = Call | Member | Index
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """A base followed by suffixes, applied in reading order."""
+
+    span: Span
+    base: Expression
+    suffixes: tuple[Suffix, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class If:
+    """`if c { … } else if d { … } else { … }`."""
+
+    span: Span
+    branches: tuple[tuple[Expression, Block], ...]
+    otherwise: Block | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopVariable:
+    """`name in range` of a loop's head."""
+
+    span: Span
+    name: str
+    name_span: Span
+    range: Expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class For:
+    """`for i in a..b, j in list { … }`: the last variable runs fastest."""
+
+    span: Span
+    variables: tuple[LoopVariable, ...]
+    body: Block
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """`{ statements }`, or a whole file."""
+
+    span: Span
+    statements: tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Let:
+    """`let name = value`."""
+
+    span: Span
+    name: str
+    name_span: Span
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parameter:
+    """`name` or `name = default`."""
+
+    span: Span
+    name: str
+    name_span: Span
+    default: Expression | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Function:
+    """`fn name(parameters) { … }`; `body` is None where it could not be read."""
+
+    span: Span
+    name: str
+    name_span: Span
+    parameters: tuple[Parameter, ...]
+    body: Block | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Use:
+    """`use "path" as name`; `path` is None where it could not be read."""
+
+    span: Span
+    path: String | None
+    name: str
+    name_span: Span
+
+
+Expression = (
+    Missing
+    | Number
+    | AngleLiteral
+    | Boolean
+    | String
+    | ColorLiteral
+    | Name
+    | VectorLiteral
+    | ListLiteral
+    | Unary
+    | Operation
+    | Chain
+    | If
+    | For
+    | Block
+)
+Definition = Let | Function | Use
+Statement = Definition | Expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Module:
+    """The syntax tree of one file; not `complete` if reading was given up at a limit."""
+
+    source: Source
+    body: Block
+    complete: bool = True

@@ -1,0 +1,37 @@
+"""How much a program may spend: a hostile one wastes its budget and nothing more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a program may spend; each limit has a `limit-…` diagnostic that names it.
+
+    The defaults let every sensible scene through and end a hostile one within a minute.
+    """
+
+    source_bytes: int = 8_000_000
+    """UTF-8 bytes of one source text."""
+    nesting: int = 64
+    """Brackets, blocks and prefix operators within one another."""
+    diagnostics: int = 50
+    """Faults that are reported; the run ends there."""
+    steps: int = 20_000_000
+    """Expressions evaluated."""
+    call_depth: int = 1_000
+    """Functions called within one another."""
+    iterations: int = 2_000_000
+    """Iterations of one loop."""
+    nodes: int = 4_000_000
+    """Nodes of the scene graph made."""
+    list_length: int = 1_000_000
+    """Items of one list."""
+    string_length: int = 100_000
+    """Characters of one string."""
+    files: int = 256
+    """Scene files used, directly or through others."""
+
+
+DEFAULT_LIMITS = Limits()

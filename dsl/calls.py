@@ -1,0 +1,151 @@
+"""Arguments to parameters: which signature a call means, and what each parameter receives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from dsl import ast
+from dsl.diagnostics import Label
+from dsl.faults import Fault, Poisoned, mismatch
+from dsl.files import Files
+from dsl.spans import Span
+from dsl.suggest import did_you_mean
+from dsl.values import POISON, Builtin, Parameter, Signature, Value
+
+
+class Given(NamedTuple):
+    """An argument and its value."""
+
+    argument: ast.Argument
+    value: Value
+
+
+@dataclass(slots=True)
+class Site:
+    """Where a builtin is called: what its objects and its faults point to.
+
+    `folder` is that of the file being read, `files` what it may read.
+    """
+
+    name: str
+    span: Span
+    files: Files
+    folder: str
+    expressions: dict[str, ast.Expression] = field(default_factory=dict)
+
+    def fault(
+        self, code: str, message: str, parameter: str | None = None, help: str | None = None
+    ) -> Fault:
+        """A fault at the argument for that parameter, or at the whole call."""
+        expression = self.expressions.get(parameter or "")
+        return Fault(code, message, expression.span if expression else self.span, help=help)
+
+
+def assign(
+    name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: str
+) -> dict[str, Given]:
+    """The argument for each parameter that has one; faults for those that fit nowhere.
+
+    `form` shows how the function is called.
+    """
+    taken: dict[str, Given] = {}
+    positional = [item for item in given if item.argument.name is None]
+    if len(positional) > len(parameters):
+        count = len(parameters)
+        raise Fault(
+            "type-too-many-arguments",
+            f"`{name}` takes {count or 'no'} argument{'' if count == 1 else 's'}, "
+            f"not {len(positional)}",
+            positional[count].argument.span,
+            help=f"it is called as {form}",
+        )
+    taken.update(zip(parameters, positional, strict=False))
+    for item in given:
+        word, place = item.argument.name, item.argument.name_span
+        if word is None or place is None:
+            continue
+        if word not in parameters:
+            raise Fault(
+                "name-unknown-parameter",
+                f"`{name}` has no parameter `{word}`",
+                place,
+                help=did_you_mean(word, parameters) or f"it is called as {form}",
+            )
+        if word in taken:
+            raise Fault(
+                "type-argument-twice",
+                f"`{word}` is given twice",
+                place,
+                secondary=(Label(taken[word].argument.span, "given here already"),),
+            )
+        taken[word] = item
+    return taken
+
+
+def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
+    """Convert the arguments and call; Fault if they do not fit, Poisoned if one is faulty."""
+    if any(item.value is POISON for item in given):
+        raise Poisoned
+    signature = _choose(builtin, given)
+    names = [parameter.name for parameter in signature.parameters]
+    rest: list[Given] = []
+    if signature.rest is not None:
+        positional = [item for item in given if item.argument.name is None]
+        rest = positional[len(names) :]
+        given = [item for item in given if item not in rest]
+    form = " or ".join(_form(builtin.name, each) for each in builtin.signatures)
+    taken = assign(builtin.name, names, given, site.span, form)
+    values: list[Any] = []
+    for parameter in signature.parameters:
+        if (item := taken.get(parameter.name)) is not None:
+            site.expressions[parameter.name] = item.argument.value
+            values.append(_convert(parameter, item))
+        elif parameter.required:
+            raise Fault(
+                "type-missing-argument",
+                f"`{builtin.name}` needs `{parameter.name}`",
+                site.span,
+                help=f"it is called as {form}",
+            )
+        else:
+            values.append(parameter.default)
+    if signature.rest is not None:
+        extra = Parameter(builtin.name, signature.rest)
+        values.append(tuple(_convert(extra, item, "an argument of ") for item in rest))
+    result: Value = signature.function(site, *values)
+    return result
+
+
+def _convert(parameter: Parameter, item: Given, of: str = "") -> Any:
+    value = parameter.kind.convert(item.value)
+    if value is None:
+        subject = f"{of}`{parameter.name}`"
+        raise mismatch(subject, parameter.kind.name, item.value, item.argument.value)
+    return value
+
+
+def _choose(builtin: Builtin, given: Sequence[Given]) -> Signature:
+    """The first signature that the arguments fit by number and name, else the nearest."""
+    if len(builtin.signatures) == 1:
+        return builtin.signatures[0]
+    words = {item.argument.name for item in given if item.argument.name is not None}
+    positional = sum(item.argument.name is None for item in given)
+
+    def misfit(signature: Signature) -> tuple[int, int]:
+        names = [parameter.name for parameter in signature.parameters]
+        surplus = max(0, positional - len(names)) if signature.rest is None else 0
+        unknown = len(words.difference(names[positional:])) + surplus
+        filled = {*names[:positional], *words}
+        lacking = sum(p.required and p.name not in filled for p in signature.parameters)
+        return unknown + lacking, lacking
+
+    return min(builtin.signatures, key=misfit)
+
+
+def _form(name: str, signature: Signature) -> str:
+    words = [p.name if p.required else f"{p.name}:" for p in signature.parameters]
+    if signature.rest is not None:
+        words.append("…")
+    return f"`{name}({', '.join(words)})`"

@@ -1,0 +1,136 @@
+"""How a base with suffixes is evaluated: calls, members, items, and the placing of objects."""
+
+from __future__ import annotations
+
+from dsl import ast, scene
+from dsl.calls import Given, Site, assign, call_builtin
+from dsl.diagnostics import Label
+from dsl.faults import Fault, Poisoned
+from dsl.run import Run, Steps, Task
+from dsl.spans import Span
+from dsl.statements import folder
+from dsl.suffixes import field, file_member, item, movable, suffix_call
+from dsl.transforms import PLACE
+from dsl.values import POISON, Builtin, Closure, File, Scope, Value, type_name
+
+
+def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
+    """A base with its suffixes in reading order; neighbouring maps of an object become one node."""
+    value = yield node.base, scope
+    name = node.base.name if isinstance(node.base, ast.Name) else "this"
+    steps: list[scene.Step] | None = None  # maps that are not yet applied to the value
+    suffixes = iter(zip(node.suffixes, (*node.suffixes[1:], None), strict=True))
+    for suffix, following in suffixes:
+        if value is POISON:
+            raise Poisoned
+        if (
+            isinstance(suffix, ast.Member)
+            and isinstance(following, ast.Call)
+            and not isinstance(value, File)
+        ):
+            next(suffixes)
+            given = yield from _arguments(following, scope)
+            site = _site(run, suffix.name, node.span)
+            if movable(value) and (builtin := PLACE.get(suffix.name)) is not None:
+                transform = call_builtin(builtin, given, site)
+                assert isinstance(transform, scene.Transform)
+                steps = [] if steps is None else steps
+                steps += transform.steps
+                continue
+            value, steps = _placed(run, value, steps, node.span), None
+            value = suffix_call(value, suffix, given, site)
+            if isinstance(value, scene.Node):
+                run.made(value, node.span)
+            continue
+        value, steps = _placed(run, value, steps, node.span), None
+        match suffix:
+            case ast.Member() if isinstance(value, File):
+                value, name = file_member(value, suffix), suffix.name
+            case ast.Member():
+                value = field(value, suffix)
+            case ast.Index():
+                index = yield suffix.index, scope
+                value = item(value, index, suffix)
+            case ast.Call():
+                given = yield from _arguments(suffix, scope)
+                span = node.span
+                if following is not None:
+                    span = Span(span.source, span.start, suffix.span.end)
+                value = yield from _call(run, value, name, given, span)
+    return _placed(run, value, steps, node.span)
+
+
+def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) -> Value:
+    """The value with the maps that are due."""
+    if steps is None:
+        return value
+    run.check_length(len(steps), span)
+    assert isinstance(value, scene.Node)
+    transform = scene.Transform(tuple(steps))
+    return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
+
+
+def _arguments(call: ast.Call, scope: Scope) -> Steps[list[Given]]:
+    given = []
+    for argument in call.arguments:
+        value = yield argument.value, scope
+        given.append(Given(argument, value))
+    return given
+
+
+def _site(run: Run, name: str, span: Span) -> Site:
+    return Site(name, span, run.files, folder(span.source))
+
+
+def _call(run: Run, value: Value, name: str, given: list[Given], span: Span) -> Task:
+    """The value of a call; `span` is the text from the start of the chain."""
+    match value:
+        case Builtin():
+            result = call_builtin(value, given, _site(run, name, span))
+            return run.made(result, span) if isinstance(result, scene.Node) else result
+        case Closure():
+            return (yield from _call_closure(run, value, given, span))
+        case _:
+            raise Fault(
+                "type-not-callable",
+                f"{type_name(value)} cannot be called",
+                span,
+                help="only functions can be called",
+            )
+
+
+def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) -> Task:
+    definition = closure.definition
+    if definition.body is None or any(each.value is POISON for each in given):
+        raise Poisoned
+    names = [parameter.name for parameter in definition.parameters]
+    form = f"`{definition.name}({', '.join(names)})`"
+    taken = assign(definition.name, names, given, span, form)
+    for parameter in definition.parameters:
+        if parameter.default is None and parameter.name not in taken:
+            raise Fault(
+                "type-missing-argument",
+                f"`{definition.name}` needs `{parameter.name}`",
+                span,
+                help=f"it is called as {form}",
+                secondary=(Label(parameter.span, "has no default"),),
+            )
+    limit = run.limits.call_depth
+    if run.depth >= limit:
+        message = f"more than {limit} calls within one another"
+        run.exhaust("limit-call-depth", message, span, "does the recursion end?")
+    scope = Scope(closure.scope)
+    run.depth += 1
+    run.context.append(Label(span, f"in this call of `{definition.name}`"))
+    try:
+        for parameter in definition.parameters:
+            if parameter.name in taken:
+                value = taken[parameter.name].value
+            else:
+                assert parameter.default is not None
+                value = yield parameter.default, scope
+            scope.values[run.definitions[parameter]] = value
+        return (yield definition.body, scope)
+    finally:
+        run.depth -= 1
+        run.context.pop()

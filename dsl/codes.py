@@ -1,0 +1,91 @@
+"""The catalogue of diagnostic codes: every fault that a user can cause, one line each.
+
+A code begins with the phase that finds it; `usd-` codes come from the importer of stages. The
+language reference shows each code of the language in an example.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dsl.diagnostics import Diagnostic, Label, Severity
+from dsl.spans import Place
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """What a code means, in one line."""
+
+    summary: str
+    severity: Severity = "error"
+
+
+CODES: dict[str, Code] = {
+    "syntax-unexpected-character": Code("a character that begins no word of the language"),
+    "syntax-unterminated-string": Code("a string without its closing quote on the same line"),
+    "syntax-unterminated-comment": Code("a `/*` without its `*/`"),
+    "syntax-escape": Code("a backslash in a string that is followed by no known escape"),
+    "syntax-number": Code("a number that float64 cannot hold"),
+    "syntax-unknown-unit": Code("a number followed by letters that are no unit of angle"),
+    "syntax-color": Code("a `#` that is not followed by six hexadecimal digits"),
+    "syntax-expected": Code("something else was expected here"),
+    "syntax-unclosed": Code("a bracket that is opened and never closed"),
+    "syntax-unmatched": Code("a bracket that is closed and was never opened"),
+    "syntax-chained-comparison": Code("a comparison of a comparison, such as `a < b < c`"),
+    "syntax-reserved-word": Code("a word that the language keeps for itself, used as a name"),
+    "syntax-positional-after-named": Code("an argument without a name after one with a name"),
+    "syntax-vector-length": Code("a vector of more than four components"),
+    "name-unknown": Code("a name that nothing visible here defines"),
+    "name-duplicate": Code("a name defined twice in one block"),
+    "name-before-definition": Code("a function used a name before its `let` was reached"),
+    "name-unknown-parameter": Code("an argument's name that the function does not have"),
+    "name-unknown-member": Code("a member or suffix call that the value does not have"),
+    "type-angle-unit": Code("a number where an angle is due, or an angle where a number is"),
+    "type-mismatch": Code("a value of another type than is due here"),
+    "type-operator": Code("an operator between values for which it has no meaning"),
+    "type-not-callable": Code("a call of something that is no function"),
+    "type-not-a-scene-value": Code("a value in a group that a scene cannot contain"),
+    "type-missing-argument": Code("a parameter without a default was given no argument"),
+    "type-too-many-arguments": Code("more arguments than the function has parameters"),
+    "type-argument-twice": Code("a parameter that is given two arguments"),
+    "value-division-by-zero": Code("a division by zero"),
+    "value-not-finite": Code("a result too large for float64"),
+    "value-domain": Code("an argument at which the function has no value"),
+    "value-out-of-range": Code("a number outside the interval that is allowed here"),
+    "value-not-an-integer": Code("a number with a fraction where a whole number is due"),
+    "value-index": Code("an index beyond the ends of a list or vector"),
+    "value-order": Code("an interval or a box whose lower end is not below its upper end"),
+    "value-bevel": Code("a bevel beyond the exact limit of its shape"),
+    "value-degenerate": Code("a direction, frame or triangle that is not determined"),
+    "value-choice": Code("a word that is not among those possible here"),
+    "file-missing": Code("a file that does not exist"),
+    "file-outside": Code("a path that leads out of the folder that scenes may read"),
+    "file-unreadable": Code("a file that exists but cannot be read"),
+    "file-too-large": Code("a file beyond the size limit"),
+    "file-encoding": Code("a scene file that is not UTF-8 text"),
+    "file-cycle": Code("a file that uses itself, directly or through others"),
+    "limit-source": Code("a source text beyond the size limit"),
+    "limit-nesting": Code("brackets nested beyond the limit"),
+    "limit-steps": Code("a program that takes more steps than the limit"),
+    "limit-call-depth": Code("function calls nested beyond the limit"),
+    "limit-iterations": Code("a loop of more iterations than the limit"),
+    "limit-nodes": Code("a program that makes more objects than the limit"),
+    "limit-list-length": Code("a list longer than the limit"),
+    "limit-string-length": Code("a string longer than the limit"),
+    "limit-files": Code("a program that uses more files than the limit"),
+    "limit-diagnostics": Code("more faults than are shown", "warning"),
+}
+
+
+def diagnostic(
+    code: str,
+    message: str,
+    place: Place | None = None,
+    text: str = "",
+    *,
+    help: str | None = None,
+    secondary: tuple[Label, ...] = (),
+) -> Diagnostic:
+    """A diagnostic of the catalogue's severity; KeyError for a code that is not listed."""
+    primary = None if place is None else Label(place, text)
+    return Diagnostic(code, CODES[code].severity, message, primary, secondary, help)

@@ -1,0 +1,86 @@
+"""Syntax tree to scene graph."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from dsl import ast, chains, expressions, statements
+from dsl.budget import DEFAULT_LIMITS, Limits
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic
+from dsl.faults import Exhausted
+from dsl.files import FileFault, Files
+from dsl.parser import parse
+from dsl.run import Handler, Run
+from dsl.scene import Node, SceneGraph
+from dsl.spans import Source, Span
+from dsl.values import POISON, Scope
+
+_HANDLERS: dict[type, Handler] = {
+    ast.Missing: expressions.missing,
+    ast.Number: expressions.plain,
+    ast.Boolean: expressions.plain,
+    ast.AngleLiteral: expressions.angle,
+    ast.String: expressions.string,
+    ast.ColorLiteral: expressions.color,
+    ast.Name: expressions.name,
+    ast.VectorLiteral: expressions.vector,
+    ast.ListLiteral: expressions.listed,
+    ast.Unary: expressions.unary,
+    ast.Operation: expressions.operation,
+    ast.If: expressions.conditional,
+    ast.For: statements.loop,
+    ast.Block: statements.block,
+    ast.Chain: chains.chain,
+}
+
+
+def evaluate(
+    module: ast.Module, files: Files, limits: Limits = DEFAULT_LIMITS
+) -> tuple[SceneGraph | None, list[Diagnostic]]:
+    """The scene that a module denotes, or None with the faults that it has; never raises.
+
+    Relative file names start from the folder of the module's source name. Faults of parsing are
+    not repeated, but a module with `Missing` parts gives no scene.
+    """
+    run = Run(files, limits, _HANDLERS)
+    if not module.complete:
+        return None, []
+    with suppress(FileFault):
+        run.loaded[str(files.resolve(module.source.name))] = None
+    try:
+        root = run.drive(statements.module(run, module, Scope()))
+        if isinstance(root, Node) and not run.faulty:
+            return SceneGraph(root, module.source.name, run.sources), run.diagnostics
+        if root is not POISON and not isinstance(root, Node):
+            run.record(statements.no_scene_value(root, statements.only(module.body)))
+    except Exhausted as exhausted:
+        if exhausted.diagnostic is not None:
+            run.diagnostics.append(exhausted.diagnostic)
+    return None, run.diagnostics
+
+
+def evaluate_source(
+    source: Source, files: Files, limits: Limits = DEFAULT_LIMITS
+) -> tuple[SceneGraph | None, list[Diagnostic]]:
+    """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
+    module, faults = parse(source, limits)
+    graph, more = evaluate(module, files, limits)
+    diagnostics = in_order([*faults, *more])
+    if len(diagnostics) > limits.diagnostics:
+        message = f"only the first {limits.diagnostics} faults are shown"
+        diagnostics = [*diagnostics[: limits.diagnostics], diagnostic("limit-diagnostics", message)]
+    return (None if faults else graph), diagnostics
+
+
+def in_order(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Sorted by file, in order of first mention, then by place; those without a span last."""
+    files: dict[str, int] = {}
+
+    def key(found: Diagnostic) -> tuple[int, int]:
+        place = found.primary.place if found.primary is not None else None
+        if not isinstance(place, Span):
+            return len(diagnostics), 0
+        return files.setdefault(place.source.name, len(files)), place.start
+
+    return sorted(diagnostics, key=key)

@@ -1,0 +1,71 @@
+"""Faults of evaluation: raised where they are found, recorded at the statement around them."""
+
+from __future__ import annotations
+
+from dsl import ast
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic, Label
+from dsl.spans import Span
+from dsl.values import Angle, Value, type_name
+
+
+class Fault(Exception):
+    """An expression has no value; carries the diagnostic."""
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        span: Span,
+        text: str = "",
+        *,
+        help: str | None = None,
+        secondary: tuple[Label, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.span = span
+        self.diagnostic = diagnostic(code, message, span, text, help=help, secondary=secondary)
+
+
+class Exhausted(Exception):
+    """A limit is reached and the run ends; carries the diagnostic, if there is one to add."""
+
+    def __init__(self, found: Diagnostic | None = None) -> None:
+        super().__init__()
+        self.diagnostic = found
+
+
+class Poisoned(Exception):
+    """An operand is faulty, and its fault is reported already."""
+
+
+def source_text(span: Span) -> str:
+    """The user's own words."""
+    return span.source.text.encode()[span.start : span.end].decode(errors="replace")
+
+
+def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -> Fault:
+    """The fault of a value of the wrong type: `subject` (`` `radius` ``) is to be `due`."""
+    found = type_name(value)
+    code, help = "type-mismatch", None
+    if due == "an angle" and isinstance(value, float):
+        code = "type-angle-unit"
+        words = source_text(expression.span)
+        if isinstance(expression, ast.Number):
+            help = f"write `{words}deg`"
+        else:
+            help = "give the number a unit by multiplying it: `… * 1deg`"
+    elif due == "a number" and isinstance(value, Angle):
+        code = "type-angle-unit"
+        if isinstance(expression, ast.AngleLiteral):
+            number = source_text(expression.span).rstrip("abcdefghijklmnopqrstuvwxyz")
+            help = f"write `{number}` without a unit"
+        else:
+            help = "divide it by a unit to have its number: `… / 1deg`"
+    elif due == "a color" and found == "a vector of 3":
+        help = f"write `rgb{source_text(expression.span)}`"
+        if not isinstance(expression, ast.VectorLiteral):
+            help = "make it of components: `rgb(v.x, v.y, v.z)`"
+    elif found == "a function" and isinstance(expression, ast.Name):
+        help = f"call it: `{expression.name}()`"
+    return Fault(code, f"{subject} is {due}, not {found}", expression.span, help=help)

@@ -1,0 +1,117 @@
+"""The files that scenes may read: all reading goes through a `Files`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic, Label
+from dsl.spans import Place
+
+_URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+_DRIVE = re.compile(r"[A-Za-z]:")
+
+
+class FileFault(Exception):
+    """A file that cannot be had; `diagnostic(place)` says why, at the words that name it."""
+
+    def __init__(self, code: str, message: str, help: str | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.help = help
+
+    def diagnostic(self, place: Place | None, secondary: tuple[Label, ...] = ()) -> Diagnostic:
+        """The fault at a place."""
+        return diagnostic(self.code, self.message, place, help=self.help, secondary=secondary)
+
+
+class Files:
+    """Reads files by the names that scenes give them.
+
+    A relative path starts from the folder of the file that names it. With a `root`, folders are
+    relative to it and nothing outside can be read: no absolute path, no `..` beyond the root, no
+    symbolic link out, no URL. No file larger than `max_bytes` is read.
+    """
+
+    def __init__(self, root: Path | None = None, max_bytes: int = 2_000_000_000) -> None:
+        self.root = None if root is None else root.resolve()
+        self.max_bytes = max_bytes
+
+    def resolve(self, path: str, folder: str = "") -> Path:
+        """The existing file that `path` names in `folder`, symbolic links followed.
+
+        Raises FileFault for what is missing, outside, too large, or not a file.
+        """
+        if not path or "\0" in path:
+            raise FileFault("file-missing", "a file's name is empty or has a null character")
+        if _URL.match(path) and not _DRIVE.fullmatch(path[:2]):
+            raise FileFault(
+                "file-outside", f"`{path}` is a URL; scenes read files only", "download it first"
+            )
+        if self.root is not None and (Path(path).is_absolute() or _DRIVE.match(path)):
+            raise FileFault(
+                "file-outside",
+                f"`{path}` is an absolute path",
+                "write it relative to the file that names it",
+            )
+        try:
+            found = ((self.root or Path()) / folder / path).resolve()
+            if self.root is not None and not found.is_relative_to(self.root):
+                raise FileFault(
+                    "file-outside",
+                    f"`{path}` leads out of the folder that the scene may read",
+                    "put the file into the scene's folder",
+                )
+            if not found.exists():
+                raise FileFault("file-missing", f"no file `{path}`", self._near(found))
+            if not found.is_file():
+                raise FileFault("file-unreadable", f"`{path}` is not a file")
+            size = found.stat().st_size
+        except (OSError, RuntimeError, ValueError) as error:
+            raise FileFault(
+                "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
+            ) from None
+        if size > self.max_bytes:
+            raise FileFault(
+                "file-too-large", f"`{path}` has {size} bytes, more than {self.max_bytes}"
+            )
+        return found
+
+    def read_bytes(self, path: str, folder: str = "") -> bytes:
+        """The contents of a file; raises FileFault."""
+        found = self.resolve(path, folder)
+        try:
+            return found.read_bytes()
+        except OSError as error:
+            raise FileFault(
+                "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
+            ) from None
+
+    def read_text(self, path: str, folder: str = "") -> str:
+        """The text of a UTF-8 file without its byte-order mark; raises FileFault."""
+        try:
+            return self.read_bytes(path, folder).decode("utf-8").removeprefix("\ufeff")
+        except UnicodeDecodeError as error:
+            raise FileFault(
+                "file-encoding",
+                f"`{path}` is not UTF-8 text (byte {error.start})",
+                "save it as UTF-8",
+            ) from None
+
+    def _near(self, missing: Path) -> str | None:
+        """Help that names a file of nearly that name beside the missing one."""
+        from dsl.suggest import did_you_mean
+
+        try:
+            names = [entry.name for entry in missing.parent.iterdir()][:1000]
+        except OSError:
+            return None
+        return did_you_mean(missing.name, names)
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror.lower()
+    return "its name is not possible"

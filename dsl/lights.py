@@ -1,0 +1,187 @@
+"""Lights, cameras and settings."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, get_args
+
+from dsl.angles import tangent
+from dsl.calls import Site
+from dsl.kinds import ANGLE, COLOR, NUMBER, STRING, VECTOR3
+from dsl.materials import check_color, check_range
+from dsl.scene import (
+    Camera,
+    Instances,
+    Integrator,
+    Origin,
+    PointLight,
+    Precision,
+    Settings,
+    Sky,
+    Sun,
+    Vector,
+)
+from dsl.suggest import did_you_mean
+from dsl.transforms import LOOK_AT, look_at
+from dsl.values import Builtin, Parameter, Signature, format_number
+
+_Rgb = tuple[float, float, float]
+
+
+def _sun(site: Site, direction: Vector, irradiance: float, color: _Rgb, angle: float) -> Sun:
+    if not any(direction):
+        raise site.fault("value-degenerate", "`direction` is (0, 0, 0)", "direction")
+    check_range(site, "irradiance", irradiance, 0.0, None)
+    check_range(site, "angle", angle, 0.0, 180.0)
+    return Sun(direction, _times(site, color, irradiance), angle, Origin(site.span))
+
+
+def _sky(site: Site, color: _Rgb) -> Sky:
+    return Sky(_times(site, color, 1.0), Origin(site.span))
+
+
+def _point_light(
+    site: Site, position: Vector, intensity: float, color: _Rgb, radius: float
+) -> PointLight:
+    check_range(site, "intensity", intensity, 0.0, None)
+    check_range(site, "radius", radius, 0.0, None)
+    return PointLight(position, _times(site, color, intensity), radius, Origin(site.span))
+
+
+def _times(site: Site, color: _Rgb, factor: float) -> _Rgb:
+    check_color(site, "color", color)
+    red, green, blue = (factor * component for component in color)
+    if not math.isfinite(max(red, green, blue)):
+        raise site.fault("value-not-finite", "the light is too bright for a number")
+    return red, green, blue
+
+
+def _perspective(
+    site: Site, origin: Vector, at: Vector, up: Vector, fov: float, *rest: Any
+) -> Instances:
+    if not 0.0 < fov < 180.0:
+        raise site.fault(
+            "value-out-of-range",
+            f"`fov` = {format_number(fov)}° is not between 0° and 180°",
+            "fov",
+        )
+    camera = _camera(site, "perspective", 2.0 * tangent(0.5 * fov), *rest)
+    return Instances(camera, look_at(site, origin, at, up), origin=Origin(site.span))
+
+
+def _orthographic(
+    site: Site, origin: Vector, at: Vector, up: Vector, height: float, *rest: Any
+) -> Instances:
+    if height <= 0.0:
+        raise site.fault(
+            "value-out-of-range", f"`height` = {format_number(height)} is not above 0", "height"
+        )
+    camera = _camera(site, "orthographic", height, *rest)
+    return Instances(camera, look_at(site, origin, at, up), origin=Origin(site.span))
+
+
+def _camera(
+    site: Site, projection: Any, height: float, name: str, near: float, far: float | None
+) -> Camera:
+    check_range(site, "near", near, 0.0, None)
+    far = math.inf if far is None else far
+    if far <= near:
+        raise site.fault(
+            "value-order",
+            f"`near` = {format_number(near)} is not below `far` = {format_number(far)}",
+            "far",
+        )
+    return Camera(projection, height, near=near, far=far, name=name, origin=Origin(site.span))
+
+
+def _settings(site: Site, *values: Any) -> Settings:
+    given = {p.name: v for p, v in zip(_SETTINGS, values, strict=True) if v is not None}
+    for name, largest in (("width", 65_536), ("height", 65_536), ("samples", 1_000_000)):
+        if name in given:
+            given[name] = _whole(site, name, given[name], largest)
+    _check_choice(site, "integrator", given.get("integrator"), get_args(Integrator))
+    _check_choice(site, "precision", given.get("precision"), get_args(Precision))
+    if given.get("occlusion_distance", 1.0) <= 0.0:
+        raise site.fault(
+            "value-out-of-range", "`occlusion_distance` is not above 0", "occlusion_distance"
+        )
+    return Settings(**given, origin=Origin(site.span))
+
+
+def _whole(site: Site, name: str, value: float, largest: int) -> int:
+    if value != int(value):
+        raise site.fault(
+            "value-not-an-integer", f"`{name}` = {format_number(value)} is not a whole number", name
+        )
+    check_range(site, name, value, 1.0, float(largest))
+    return int(value)
+
+
+def _check_choice(site: Site, name: str, value: str | None, choices: tuple[str, ...]) -> None:
+    if value is not None and value not in choices:
+        listed = ", ".join(f'"{choice}"' for choice in choices)
+        raise site.fault(
+            "value-choice",
+            f'"{value}" is no {name}',
+            name,
+            did_you_mean(value, choices) or f"the choices are {listed}",
+        )
+
+
+_COLOR = Parameter("color", COLOR, (1.0, 1.0, 1.0))
+_CAMERA = (
+    Parameter("name", STRING, ""),
+    Parameter("near", NUMBER, 0.0),
+    Parameter("far", NUMBER),
+)
+_SETTINGS = (
+    Parameter("width", NUMBER),
+    Parameter("height", NUMBER),
+    Parameter("samples", NUMBER),
+    Parameter("integrator", STRING),
+    Parameter("precision", STRING),
+    Parameter("occlusion_distance", NUMBER),
+    Parameter("exposure", NUMBER),
+)
+
+LIGHTS = (
+    Builtin(
+        "sun",
+        (
+            Signature(
+                (
+                    Parameter("direction", VECTOR3, required=True),
+                    Parameter("irradiance", NUMBER, 1.0),
+                    _COLOR,
+                    Parameter("angle", ANGLE, 0.0),
+                ),
+                _sun,
+            ),
+        ),
+    ),
+    Builtin("sky", (Signature((_COLOR,), _sky),)),
+    Builtin(
+        "point_light",
+        (
+            Signature(
+                (
+                    Parameter("position", VECTOR3, (0.0, 0.0, 0.0)),
+                    Parameter("intensity", NUMBER, 1.0),
+                    _COLOR,
+                    Parameter("radius", NUMBER, 0.0),
+                ),
+                _point_light,
+            ),
+        ),
+    ),
+    Builtin(
+        "camera",
+        (
+            Signature((*LOOK_AT, Parameter("fov", ANGLE, 45.0), *_CAMERA), _perspective),
+            Signature(
+                (*LOOK_AT, Parameter("height", NUMBER, required=True), *_CAMERA), _orthographic
+            ),
+        ),
+    ),
+    Builtin("settings", (Signature(_SETTINGS, _settings),)),
+)

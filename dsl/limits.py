@@ -1,0 +1,176 @@
+"""What the parameters of a shape must satisfy: the exact inequalities, as words with values.
+
+A bevelled solid is the opening of the plain one by a ball, which exists as long as the ball fits;
+`dsl/reference/bevels.md` derives the conditions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dsl.angles import sine
+from dsl.scene import SHAPE_PARAMETERS, ShapeKind
+from dsl.values import format_number as number
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """An inequality that does not hold.
+
+    `parameters` are the names, as in `SHAPE_PARAMETERS`, of those to blame.
+    """
+
+    code: str
+    message: str
+    parameters: tuple[str, ...]
+    help: str | None = None
+
+
+def broken_limit(kind: ShapeKind, parameters: Sequence[float]) -> Broken | None:
+    """The first inequality that the parameters break, or None if the shape exists.
+
+    Equality at a bevel's limit is allowed.
+    """
+    names = SHAPE_PARAMETERS[kind]
+    p = dict(zip(names, parameters, strict=True))
+    for name, value in p.items():
+        if not math.isfinite(value):
+            return Broken("value-not-finite", f"{name} = {value} is not finite", (name,))
+    return _broken_extent(kind, p) or (_broken_bevel(kind, p) if "bevel" in p else None)
+
+
+def largest_bevel(kind: ShapeKind, parameters: Sequence[float]) -> float:
+    """The largest bevel of a shape with otherwise valid parameters (its own bevel is not read)."""
+    p = dict(zip(SHAPE_PARAMETERS[kind], parameters, strict=True))
+    return min(condition.largest for condition in _conditions(kind, p))
+
+
+@dataclass(frozen=True, slots=True)
+class _Condition:
+    """`left` (in terms of the bevel b) is at most `right`; so b is at most `largest`."""
+
+    left: str
+    factor: float
+    right: str
+    bound: float
+
+    @property
+    def largest(self) -> float:
+        return self.bound / self.factor
+
+
+def _conditions(kind: ShapeKind, p: dict[str, float]) -> list[_Condition]:
+    def thickness(low: str, high: str) -> _Condition:
+        return _Condition("2·bevel", 2.0, f"{high} − {low}", p[high] - p[low])
+
+    match kind:
+        case ShapeKind.BOX:
+            return [thickness(f"{axis}0", f"{axis}1") for axis in "xyz"]
+        case ShapeKind.CYLINDER:
+            return [thickness("y0", "y1"), _Condition("bevel", 1.0, "radius", p["radius"])]
+        case ShapeKind.RING:
+            return [thickness("y0", "y1"), thickness("r0", "r1")]
+        case ShapeKind.CONE:
+            # The inradius of the section: r·h / (r + √(h² + r²)), safe from overflow.
+            r, h = p["radius"], p["height"]
+            inradius = min(r, h) * (max(r, h) / (r + math.hypot(r, h)))
+            return [_Condition("bevel", 1.0, "radius·height/(radius + slant)", inradius)]
+        case ShapeKind.WEDGE:
+            conditions = [thickness("y0", "y1"), thickness("r0", "r1")]
+            span = p["phi1"] - p["phi0"]
+            if span < 180.0:
+                s = sine(span / 2.0)
+                # 1 − s without cancellation: 2 sin²((90° − span/2)/2).
+                t = sine((90.0 - span / 2.0) / 2.0)
+                conditions.append(
+                    _Condition("bevel·(1 − s)", 2.0 * t * t, "r0·s, s = sin(span/2),", p["r0"] * s)
+                )
+            return conditions
+        case _:
+            return []
+
+
+def _broken_bevel(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
+    bevel = p["bevel"]
+    if bevel < 0.0:
+        return Broken("value-out-of-range", f"bevel = {number(bevel)} is negative", ("bevel",))
+    for condition in _conditions(kind, p):
+        left = condition.factor * bevel
+        if left > condition.bound:
+            largest = largest_bevel(kind, list(p.values()))
+            return Broken(
+                "value-bevel",
+                f"{condition.left} = {number(left)} exceeds {condition.right} = "
+                f"{number(condition.bound)}".replace(", =", " ="),
+                ("bevel",),
+                f"the bevel can be at most {largest:.6g}",
+            )
+    return None
+
+
+def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
+    def positive(name: str) -> Broken | None:
+        if p[name] > 0.0:
+            return None
+        message = f"{name} = {number(p[name])} is not greater than 0"
+        return Broken("value-out-of-range", message, (name,))
+
+    def ordered(low: str, high: str) -> Broken | None:
+        if p[low] < p[high]:
+            return None
+        message = f"{low} = {number(p[low])} is not below {high} = {number(p[high])}"
+        return Broken("value-order", message, (low, high))
+
+    match kind:
+        case ShapeKind.SPHERE | ShapeKind.DISC:
+            return positive("radius")
+        case ShapeKind.BOX:
+            return ordered("x0", "x1") or ordered("y0", "y1") or ordered("z0", "z1")
+        case ShapeKind.CYLINDER:
+            return positive("radius") or ordered("y0", "y1")
+        case ShapeKind.CONE:
+            return positive("radius") or positive("height")
+        case ShapeKind.TORUS:
+            if broken := positive("minor") or positive("major"):
+                return broken
+            if p["minor"] > p["major"]:
+                message = f"minor = {number(p['minor'])} exceeds major = {number(p['major'])}"
+                return Broken("value-order", message, ("minor", "major"))
+            return None
+        case ShapeKind.RECTANGLE:
+            return positive("size_x") or positive("size_z")
+        case ShapeKind.PLANE:
+            return None
+        case ShapeKind.TRIANGLE:
+            return _broken_triangle(p)
+        case ShapeKind.RING:
+            return positive("r0") or ordered("r0", "r1") or ordered("y0", "y1")
+        case ShapeKind.WEDGE:
+            broken = positive("r0") or ordered("r0", "r1") or ordered("y0", "y1")
+            broken = broken or ordered("phi0", "phi1")
+            if broken is None and p["phi1"] - p["phi0"] >= 360.0:
+                span = number(p["phi1"] - p["phi0"])
+                return Broken(
+                    "value-out-of-range",
+                    f"phi1 − phi0 = {span}° is not below 360°",
+                    ("phi0", "phi1"),
+                    "the whole turn is a `ring`",
+                )
+            return broken
+
+
+def _broken_triangle(p: dict[str, float]) -> Broken | None:
+    u, v = ([p[f"{q}{axis}"] - p[f"a{axis}"] for axis in "xyz"] for q in "bc")
+    size = max(map(abs, u + v))
+    if size > 0.0 and math.isfinite(size):
+        u, v = [c / size for c in u], [c / size for c in v]
+        normal = (
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        )
+        if any(normal):
+            return None
+    return Broken("value-degenerate", "the three corners lie on one line", ("ax", "bx", "cx"))

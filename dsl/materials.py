@@ -1,0 +1,144 @@
+"""Materials and colours.
+
+The parameters are those of UsdPreviewSurface; the shorthands set several of them at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from dsl.calls import Site
+from dsl.kinds import BOOLEAN, COLOR, MATERIAL, NUMBER
+from dsl.scene import DEFAULT_MATERIAL, Material
+from dsl.values import Builtin, Color, Kind, Parameter, Signature, format_number
+
+_COLORS = ("diffuse", "emission", "specular")
+_FRACTIONS = (
+    "metallic",
+    "roughness",
+    "clearcoat",
+    "clearcoat_roughness",
+    "opacity",
+    "opacity_threshold",
+)
+_BLACK = (0.0, 0.0, 0.0)
+_Rgb = tuple[float, float, float]
+
+
+def check_range(
+    site: Site, name: str, value: float, low: float = 0.0, high: float | None = 1.0
+) -> None:
+    """A fault unless low <= value <= high."""
+    if value < low or (high is not None and value > high):
+        bounds = f"below {format_number(low)}" if high is None or value < low else ""
+        bounds = bounds or f"above {format_number(high or 0.0)}"
+        raise site.fault(
+            "value-out-of-range", f"`{name}` = {format_number(value)} is {bounds}", name
+        )
+
+
+def check_color(site: Site, name: str, color: _Rgb) -> None:
+    """A fault if a component is negative."""
+    for component, value in zip("rgb", color, strict=True):
+        if value < 0.0:
+            raise site.fault(
+                "value-out-of-range",
+                f"`{name}` has a negative component, {component} = {format_number(value)}",
+                name,
+            )
+
+
+def _checked(site: Site, **values: Any) -> Material:
+    for name, value in values.items():
+        argument = name if name in site.expressions else "color"
+        if name in _COLORS:
+            check_color(site, argument, value)
+        elif name in _FRACTIONS:
+            check_range(site, name, value)
+        elif name == "ior":
+            check_range(site, name, value, 1.0, None)
+    return Material(**values)
+
+
+def _rgb(site: Site, r: float, g: float, b: float) -> Color:
+    return Color((r, g, b))
+
+
+def _material(site: Site, *values: Any) -> Material:
+    return _checked(site, **dict(zip(_NAMES, values, strict=True)))
+
+
+def _matte(site: Site, color: _Rgb) -> Material:
+    return _checked(site, diffuse=color, specular_workflow=True, specular=_BLACK, roughness=1.0)
+
+
+def _plastic(site: Site, color: _Rgb, roughness: float) -> Material:
+    return _checked(site, diffuse=color, roughness=roughness)
+
+
+def _metal(site: Site, color: _Rgb, roughness: float) -> Material:
+    return _checked(site, diffuse=color, metallic=1.0, roughness=roughness)
+
+
+def _glass(site: Site, color: _Rgb, ior: float, roughness: float, opacity: float) -> Material:
+    return _checked(site, diffuse=color, ior=ior, roughness=roughness, opacity=opacity)
+
+
+def _glow(site: Site, color: _Rgb, strength: float) -> Material:
+    check_range(site, "strength", strength, 0.0, None)
+    red, green, blue = (strength * component for component in color)
+    return _checked(
+        site,
+        emission=(red, green, blue),
+        diffuse=_BLACK,
+        specular_workflow=True,
+        specular=_BLACK,
+        roughness=1.0,
+    )
+
+
+def _kind(name: str) -> Kind:
+    if name in _COLORS:
+        return COLOR
+    return BOOLEAN if name == "specular_workflow" else NUMBER
+
+
+_NAMES = tuple(field.name for field in fields(Material))
+_PARAMETERS = tuple(
+    Parameter(name, _kind(name), getattr(DEFAULT_MATERIAL, name)) for name in _NAMES
+)
+_WHITE = Parameter("color", COLOR, (1.0, 1.0, 1.0))
+
+
+def _number(name: str, default: float) -> Parameter:
+    return Parameter(name, NUMBER, default)
+
+
+_COLOR = Parameter("color", COLOR, required=True)
+
+MATERIALS = (
+    Builtin("rgb", (Signature(tuple(Parameter(n, NUMBER, required=True) for n in "rgb"), _rgb),)),
+    Builtin("material", (Signature(_PARAMETERS, _material),)),
+    Builtin("matte", (Signature((_COLOR,), _matte),)),
+    Builtin("plastic", (Signature((_COLOR, _number("roughness", 0.4)), _plastic),)),
+    Builtin("metal", (Signature((_COLOR, _number("roughness", 0.3)), _metal),)),
+    Builtin(
+        "glass",
+        (
+            Signature(
+                (_WHITE, _number("ior", 1.5), _number("roughness", 0.0), _number("opacity", 0.1)),
+                _glass,
+            ),
+        ),
+    ),
+    Builtin("glow", (Signature((_COLOR, _number("strength", 1.0)), _glow),)),
+)
+
+BIND = Builtin(
+    "material", (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m),)
+)
+OVERRIDE = Builtin(
+    "override", (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m),)
+)
+"""The suffix calls that bind a material: what is below and has its own keeps it, or not."""

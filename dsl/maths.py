@@ -1,0 +1,247 @@
+"""Functions of numbers, angles and vectors."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+
+from dsl.angles import cosine, sine, tangent
+from dsl.calls import Site
+from dsl.kinds import ANGLE, LIST, MIXABLE, NUMBER, QUANTITY, VECTOR, VECTOR3
+from dsl.values import (
+    Angle,
+    Builtin,
+    Color,
+    Kind,
+    List,
+    Parameter,
+    Signature,
+    Value,
+    Vector,
+    format_number,
+    type_name,
+)
+
+_Quantity = float | Angle
+_Mixable = float | Angle | Vector | Color
+_MASK = (1 << 64) - 1
+
+
+def random(site: Site, *arguments: object) -> float:
+    """A number in [0, 1) that is a hash of the arguments' bits.
+
+    SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) with Stafford's mix 13: for each argument the
+    state s becomes mix((s xor bits) + 0x9E3779B97F4A7C15), from s = 0, where -0 has the bits
+    of 0; the result is the upper 53 bits of s times 2**-53.
+    """
+    seed, rest = arguments[0], arguments[1]
+    assert isinstance(rest, tuple)
+    state = 0
+    for number in (seed, *rest):
+        (bits,) = struct.unpack("<Q", struct.pack("<d", number + 0.0))
+        state = ((state ^ bits) + 0x9E3779B97F4A7C15) & _MASK
+        state = ((state ^ (state >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
+        state = ((state ^ (state >> 27)) * 0x94D049BB133111EB) & _MASK
+        state ^= state >> 31
+    return math.ldexp(float(state >> 11), -53)
+
+
+def _defined(site: Site, condition: bool, message: str, parameter: str) -> None:
+    if not condition:
+        raise site.fault("value-domain", message, parameter)
+
+
+def _finite(site: Site, compute: Callable[[], float]) -> float:
+    try:
+        result = compute()
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        raise site.fault("value-not-finite", f"the result of `{site.name}` is too large")
+    return result
+
+
+def _sqrt(site: Site, x: float) -> float:
+    _defined(site, x >= 0.0, f"the square root of {format_number(x)}, a negative number", "x")
+    return math.sqrt(x)
+
+
+def _log(site: Site, x: float) -> float:
+    _defined(site, x > 0.0, f"the logarithm of {format_number(x)}, which is not positive", "x")
+    return math.log(x)
+
+
+def _exp(site: Site, x: float) -> float:
+    return _finite(site, lambda: math.exp(x))
+
+
+def _pow(site: Site, x: float, y: float) -> float:
+    whole = y == math.floor(y)
+    _defined(site, x >= 0.0 or whole, "a negative number to a power with a fraction", "x")
+    _defined(site, x != 0.0 or y >= 0.0, "zero to a negative power", "x")
+    return _finite(site, lambda: math.pow(x, y))
+
+
+def _mod(site: Site, x: _Quantity, y: _Quantity) -> Value:
+    a, b, wrap = _same(site, x, y, "y")
+    if b == 0.0:
+        raise site.fault("value-division-by-zero", "`mod` by zero", "y")
+    return wrap(a % b)
+
+
+def _tan(site: Site, angle: float) -> float:
+    result = tangent(angle)
+    _defined(site, math.isfinite(result), f"the tangent of {format_number(angle)}°", "angle")
+    return result
+
+
+def _arc(name: str, function: Callable[[float], float]) -> Builtin:
+    def call(site: Site, x: float) -> Angle:
+        _defined(site, abs(x) <= 1.0, f"`{name}` of {format_number(x)}, beyond -1..1", "x")
+        return Angle(math.degrees(function(x)))
+
+    return Builtin(name, (Signature((_number("x"),), call),))
+
+
+def _atan2(site: Site, y: float, x: float) -> Angle:
+    return Angle(math.degrees(math.atan2(y, x)))
+
+
+def _round(site: Site, x: float) -> float:
+    # Halves go away from zero, as in C; adding 0.5 first would round 0.49999999999999994 up.
+    whole = math.trunc(x)
+    return float(whole + int(math.copysign(1.0, x))) if abs(x - whole) >= 0.5 else float(whole)
+
+
+def _abs(site: Site, x: _Quantity) -> Value:
+    return abs(x) if isinstance(x, float) else Angle(abs(x.degrees))
+
+
+def _extreme(choose: Callable[[float, float], float]) -> Callable[..., Value]:
+    def call(site: Site, first: _Quantity, rest: tuple[_Quantity, ...]) -> Value:
+        result: _Quantity = first
+        for other in rest:
+            a, b, wrap = _same(site, result, other, "")
+            result = wrap(choose(a, b))
+        return result
+
+    return call
+
+
+def _clamp(site: Site, x: _Quantity, low: _Quantity, high: _Quantity) -> Value:
+    value, lower, wrap = _same(site, x, low, "low")
+    _, upper, _ = _same(site, x, high, "high")
+    if lower > upper:
+        raise site.fault("value-order", "`low` is above `high`", "low")
+    return wrap(min(max(value, lower), upper))
+
+
+def _same(
+    site: Site, x: _Quantity, y: _Quantity, blamed: str
+) -> tuple[float, float, Callable[[float], _Quantity]]:
+    """Two numbers, or the degrees of two angles, and what turns a result into the same kind."""
+    if isinstance(x, float) and isinstance(y, float):
+        return x, y, float
+    if isinstance(x, Angle) and isinstance(y, Angle):
+        return x.degrees, y.degrees, Angle
+    raise _mixed(site, x, y, blamed)
+
+
+def _mix(site: Site, a: _Mixable, b: _Mixable, t: float) -> Value:
+    def between(x: float, y: float) -> float:
+        return _finite(site, lambda: x + (y - x) * t if t != 1.0 else y)
+
+    match a, b:
+        case (float(), float()):
+            return between(a, b)
+        case (Angle(x), Angle(y)):
+            return Angle(between(x, y))
+        case (Vector(u), Vector(v)) if len(u) == len(v):
+            return Vector(tuple(map(between, u, v)))
+        case (Color(u), Color(v)):
+            return Color((between(u[0], v[0]), between(u[1], v[1]), between(u[2], v[2])))
+    raise _mixed(site, a, b, "b")
+
+
+def _mixed(site: Site, x: Value, y: Value, blamed: str) -> Exception:
+    return site.fault(
+        "type-mismatch",
+        f"`{site.name}` takes values of one kind, not {type_name(x)} and {type_name(y)}",
+        blamed,
+    )
+
+
+_Components = tuple[float, ...]
+
+
+def _dot(site: Site, a: _Components, b: _Components) -> float:
+    if len(a) != len(b):
+        raise _mixed(site, Vector(a), Vector(b), "b")
+    return _finite(site, lambda: math.fsum(x * y for x, y in zip(a, b, strict=True)))
+
+
+def _cross(site: Site, a: _Components, b: _Components) -> Vector:
+    x = _finite(site, lambda: a[1] * b[2] - a[2] * b[1])
+    y = _finite(site, lambda: a[2] * b[0] - a[0] * b[2])
+    z = _finite(site, lambda: a[0] * b[1] - a[1] * b[0])
+    return Vector((x, y, z))
+
+
+def _length(site: Site, v: _Components) -> float:
+    return _finite(site, lambda: math.hypot(*v))
+
+
+def _normalize(site: Site, v: _Components) -> Vector:
+    _defined(site, any(v), "a vector of length 0 has no direction", "v")
+    largest = max(map(abs, v))
+    scaled = [c / largest for c in v]
+    length = math.hypot(*scaled)
+    return Vector(tuple(c / length for c in scaled))
+
+
+def _count(site: Site, list: List) -> float:
+    return float(len(list.items))
+
+
+def _number(name: str) -> Parameter:
+    return Parameter(name, NUMBER, required=True)
+
+
+def _builtin(name: str, function: Callable[..., Value], *parameters: tuple[str, Kind]) -> Builtin:
+    listed = tuple(Parameter(word, kind, required=True) for word, kind in parameters)
+    return Builtin(name, (Signature(listed, function),))
+
+
+def _many(name: str, function: Callable[..., Value], first: str, kind: Kind) -> Builtin:
+    listed = (Parameter(first, kind, required=True),)
+    return Builtin(name, (Signature(listed, function, rest=kind),))
+
+
+MATHS = (
+    _builtin("sqrt", _sqrt, ("x", NUMBER)),
+    _builtin("abs", _abs, ("x", QUANTITY)),
+    _many("min", _extreme(min), "x", QUANTITY),
+    _many("max", _extreme(max), "x", QUANTITY),
+    _builtin("floor", lambda site, x: float(math.floor(x)), ("x", NUMBER)),
+    _builtin("ceil", lambda site, x: float(math.ceil(x)), ("x", NUMBER)),
+    _builtin("round", _round, ("x", NUMBER)),
+    _builtin("sin", lambda site, angle: sine(angle), ("angle", ANGLE)),
+    _builtin("cos", lambda site, angle: cosine(angle), ("angle", ANGLE)),
+    _builtin("tan", _tan, ("angle", ANGLE)),
+    _arc("asin", math.asin),
+    _arc("acos", math.acos),
+    _builtin("atan2", _atan2, ("y", NUMBER), ("x", NUMBER)),
+    _builtin("pow", _pow, ("x", NUMBER), ("y", NUMBER)),
+    _builtin("exp", _exp, ("x", NUMBER)),
+    _builtin("log", _log, ("x", NUMBER)),
+    _builtin("mod", _mod, ("x", QUANTITY), ("y", QUANTITY)),
+    _builtin("clamp", _clamp, ("x", QUANTITY), ("low", QUANTITY), ("high", QUANTITY)),
+    _builtin("mix", _mix, ("a", MIXABLE), ("b", MIXABLE), ("t", NUMBER)),
+    _builtin("dot", _dot, ("a", VECTOR), ("b", VECTOR)),
+    _builtin("cross", _cross, ("a", VECTOR3), ("b", VECTOR3)),
+    _builtin("normalize", _normalize, ("v", VECTOR)),
+    _builtin("length", _length, ("v", VECTOR)),
+    _builtin("count", _count, ("list", LIST)),
+    _many("random", random, "seed", NUMBER),
+)

@@ -1,0 +1,222 @@
+"""Arithmetic and comparison of values."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+
+from dsl import ast, scene
+from dsl.diagnostics import Label
+from dsl.faults import Fault, Poisoned, mismatch
+from dsl.values import (
+    POISON,
+    Angle,
+    Color,
+    Interval,
+    List,
+    Value,
+    Vector,
+    type_name,
+)
+
+_Arithmetic = Callable[[float, float], float]
+_ARITHMETIC: dict[str, _Arithmetic] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "%": operator.mod,
+}
+_ORDER: dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+_COMPARABLE = (float, bool, str, Angle, Vector, Color, Interval)
+
+
+class _Meaningless(Exception):
+    """The operator has no meaning for these types."""
+
+
+def binary(
+    op: ast.Operator,
+    left: Value,
+    right: Value,
+    left_node: ast.Expression,
+    right_node: ast.Expression,
+) -> Value:
+    """`left op right` for the arithmetic, comparison and interval operators."""
+    if left is POISON or right is POISON:
+        raise Poisoned
+    symbol = op.symbol
+    try:
+        if type(left) is float and type(right) is float and symbol in _ARITHMETIC:
+            result = _ARITHMETIC[symbol](left, right)
+            if not math.isfinite(result):
+                raise _overflow(op)
+            return result
+        if symbol in _ARITHMETIC:
+            return finite(_arithmetic(symbol, left, right), op)
+        if symbol == "..":
+            return _interval(left, right, left_node, right_node)
+        return _compare(symbol, left, right)
+    except ZeroDivisionError:
+        raise Fault(
+            "value-division-by-zero",
+            "division by zero",
+            op.span,
+            secondary=(Label(right_node.span, "this is 0"),),
+        ) from None
+    except OverflowError:
+        raise _overflow(op) from None
+    except _Meaningless:
+        raise Fault(
+            "type-operator",
+            _meaningless(symbol, left, right),
+            op.span,
+            help=_mend(symbol, left, right),
+            secondary=(
+                Label(left_node.span, type_name(left)),
+                Label(right_node.span, type_name(right)),
+            ),
+        ) from None
+
+
+def negate(op: ast.Operator, value: Value, node: ast.Expression) -> Value:
+    """`-value`."""
+    match value:
+        case bool():
+            pass
+        case float():
+            return -value
+        case Angle(degrees):
+            return Angle(-degrees)
+        case Vector(components):
+            return Vector(tuple(-c for c in components))
+    if value is POISON:
+        raise Poisoned
+    raise Fault(
+        "type-operator",
+        f"{type_name(value)} cannot be negated",
+        op.span,
+        secondary=(Label(node.span, type_name(value)),),
+    )
+
+
+def truth(value: Value, node: ast.Expression, subject: str) -> bool:
+    """A truth value, or the fault that `subject` is to be one."""
+    if value is POISON:
+        raise Poisoned
+    if not isinstance(value, bool):
+        raise mismatch(subject, "a truth value", value, node)
+    return value
+
+
+def finite(value: Value, op: ast.Operator) -> Value:
+    """The value, if all its numbers are finite."""
+    numbers: tuple[float, ...] = ()
+    match value:
+        case Angle(degrees):
+            numbers = (degrees,)
+        case Vector(components) | Color(components):
+            numbers = components
+        case float():
+            numbers = (value,)
+    if not all(map(math.isfinite, numbers)):
+        raise _overflow(op)
+    return value
+
+
+def _arithmetic(symbol: str, left: Value, right: Value) -> Value:
+    apply = _ARITHMETIC[symbol]
+    match left, right:
+        case (Angle(a), Angle(b)) if symbol in "+-":
+            return Angle(apply(a, b))
+        case (Angle(a), Angle(b)) if symbol == "%":
+            return Angle(a % b)
+        case (Angle(a), Angle(b)) if symbol == "/":
+            return a / b
+        case (Angle(a), float(b)) if symbol in "*/":
+            return Angle(apply(a, b))
+        case (float(a), Angle(b)) if symbol == "*":
+            return Angle(a * b)
+        case (Vector(a), Vector(b)) if symbol in "+-" and len(a) == len(b):
+            return Vector(tuple(map(apply, a, b)))
+        case (Vector(a), float(b)) if symbol in "*/":
+            return Vector(tuple(apply(c, b) for c in a))
+        case (float(a), Vector(b)) if symbol == "*":
+            return Vector(tuple(a * c for c in b))
+        case (Color(a), Color(b)) if symbol in "+-*":
+            return Color((apply(a[0], b[0]), apply(a[1], b[1]), apply(a[2], b[2])))
+        case (Color(a), float(b)) if symbol in "*/":
+            return Color((apply(a[0], b), apply(a[1], b), apply(a[2], b)))
+        case (float(a), Color(b)) if symbol == "*":
+            return Color((a * b[0], a * b[1], a * b[2]))
+        case (List(a), List(b)) if symbol == "+":
+            return List(a + b)
+        case (scene.Transform(steps=a), scene.Transform(steps=b)) if symbol == "*":
+            # Steps are in reading order, the first applied first; a product applies b first.
+            return scene.Transform(b + a)
+    raise _Meaningless
+
+
+def _interval(
+    left: Value, right: Value, left_node: ast.Expression, right_node: ast.Expression
+) -> Interval:
+    for value, node in ((left, left_node), (right, right_node)):
+        if not isinstance(value, float | Angle):
+            raise mismatch("the end of an interval", "a number or an angle", value, node)
+    assert isinstance(left, float | Angle)
+    assert isinstance(right, float | Angle)
+    if type(left) is not type(right):
+        bare, node = (left, left_node) if isinstance(left, float) else (right, right_node)
+        raise mismatch("the end of an interval with an angle", "an angle", bare, node)
+    return Interval(left, right)
+
+
+def _compare(symbol: str, left: Value, right: Value) -> bool:
+    if symbol in ("==", "!="):
+        if type(left) is not type(right) or not isinstance(left, _COMPARABLE):
+            raise _Meaningless
+        return (left == right) is (symbol == "==")
+    match left, right:
+        case (bool(), _) | (_, bool()):
+            raise _Meaningless
+        case (float(a), float(b)) | (Angle(a), Angle(b)):
+            return _ORDER[symbol](a, b)
+    raise _Meaningless
+
+
+def _overflow(op: ast.Operator) -> Fault:
+    return Fault("value-not-finite", "the result is too large for a number", op.span)
+
+
+def _meaningless(symbol: str, left: Value, right: Value) -> str:
+    a, b = type_name(left), type_name(right)
+    match symbol:
+        case "+":
+            return f"{a} and {b} cannot be added"
+        case "-":
+            return f"{b} cannot be subtracted from {a}"
+        case "*":
+            return f"{a} and {b} cannot be multiplied"
+        case "/" | "%":
+            return f"{a} cannot be divided by {b}"
+        case _:
+            return f"{a} and {b} cannot be compared by `{symbol}`"
+
+
+def _mend(symbol: str, left: Value, right: Value) -> str | None:
+    kinds = {type(left), type(right)}
+    if kinds == {float, Angle}:
+        return "give the number a unit, such as `40deg`"
+    if kinds == {Vector} and symbol == "*":
+        return "write `dot(a, b)` or `cross(a, b)`"
+    if scene.Transform in kinds and symbol == "*" and len(kinds) == 2:
+        return "apply a transform to an object with `object.transform(t)`"
+    if kinds <= {float, str, List, Angle, Vector} and symbol == "==" and List in kinds:
+        return "compare the items"
+    return None

@@ -1,0 +1,160 @@
+"""Names to bindings, before anything is evaluated, so that unused code is checked as well.
+
+Scope is lexical. A `let` or `use` is visible from its end to the end of its block, a `fn` in the
+whole of its block, and so functions can call one another. Inner names hide outer ones; a block
+defines a name once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from dsl import ast
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic, Label
+from dsl.spans import Span
+from dsl.suggest import did_you_mean
+from dsl.values import Binding
+
+
+@dataclass(slots=True)
+class Resolution:
+    """What each use of a name refers to, and what each definition binds.
+
+    A name that nothing defines is not among `uses`. `definitions` has a key for every
+    `ast.Definition`, `ast.Parameter` and `ast.LoopVariable`.
+    """
+
+    uses: dict[ast.Name, Binding] = field(default_factory=dict)
+    definitions: dict[object, Binding] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Frame:
+    """Names of one scope; `later` are those that its block defines further down."""
+
+    parent: _Frame | None
+    names: dict[str, Binding] = field(default_factory=dict)
+    later: dict[str, Span] = field(default_factory=dict)
+
+
+def resolve(module: ast.Module, builtins: dict[str, Binding]) -> Resolution:
+    """Resolve all names of a module; names that fail are reported once per place."""
+    resolver = _Resolver()
+    resolver.block(module.body, _Frame(None, dict(builtins)))
+    return resolver.result
+
+
+class _Resolver:
+    def __init__(self) -> None:
+        self.result = Resolution()
+
+    def define(self, node: object, name: str, span: Span, frame: _Frame) -> None:
+        previous = frame.names.get(name)
+        if previous is not None and previous.span is not None:
+            self.result.diagnostics.append(
+                diagnostic(
+                    "name-duplicate",
+                    f"`{name}` is defined twice here",
+                    span,
+                    help="choose another name",
+                    secondary=(Label(previous.span, "first defined here"),),
+                )
+            )
+        binding = self.result.definitions.setdefault(node, Binding(name, span))
+        frame.names[name] = binding
+        frame.later.pop(name, None)
+
+    def use(self, node: ast.Name, frame: _Frame) -> None:
+        known: set[str] = set()
+        later: Span | None = None
+        scope: _Frame | None = frame
+        while scope is not None:
+            binding = scope.names.get(node.name)
+            if binding is not None:
+                self.result.uses[node] = binding
+                return
+            later = later or scope.later.get(node.name)
+            known.update(scope.names)
+            scope = scope.parent
+        help = did_you_mean(node.name, known)
+        secondary: tuple[Label, ...] = ()
+        if later is not None:
+            help = "a `let` is visible only after it: move it up"
+            secondary = (Label(later, "defined only here"),)
+        self.result.diagnostics.append(
+            diagnostic(
+                "name-unknown",
+                f"nothing here is named `{node.name}`",
+                node.span,
+                help=help,
+                secondary=secondary,
+            )
+        )
+
+    def block(self, block: ast.Block, parent: _Frame) -> None:
+        frame = _Frame(parent)
+        for statement in block.statements:
+            if isinstance(statement, ast.Function):
+                self.define(statement, statement.name, statement.name_span, frame)
+            elif isinstance(statement, ast.Let | ast.Use):
+                frame.later.setdefault(statement.name, statement.name_span)
+        for statement in block.statements:
+            match statement:
+                case ast.Let():
+                    self.expression(statement.value, frame)
+                    self.define(statement, statement.name, statement.name_span, frame)
+                case ast.Use():
+                    self.define(statement, statement.name, statement.name_span, frame)
+                case ast.Function():
+                    self.function(statement, frame)
+                case _:
+                    self.expression(statement, frame)
+
+    def function(self, function: ast.Function, parent: _Frame) -> None:
+        frame = _Frame(parent)
+        for parameter in function.parameters:
+            if parameter.default is not None:
+                self.expression(parameter.default, frame)
+            self.define(parameter, parameter.name, parameter.name_span, frame)
+        if function.body is not None:
+            self.block(function.body, frame)
+
+    def expression(self, node: ast.Expression, frame: _Frame) -> None:
+        match node:
+            case ast.Name():
+                self.use(node, frame)
+            case ast.Block():
+                self.block(node, frame)
+            case ast.VectorLiteral(components=parts) | ast.ListLiteral(items=parts):
+                for part in parts:
+                    self.expression(part, frame)
+            case ast.Operation():
+                for operand in node.operands:
+                    self.expression(operand, frame)
+            case ast.Unary():
+                self.expression(node.operand, frame)
+            case ast.Chain():
+                self.expression(node.base, frame)
+                for suffix in node.suffixes:
+                    if isinstance(suffix, ast.Call):
+                        for argument in suffix.arguments:
+                            self.expression(argument.value, frame)
+                    elif isinstance(suffix, ast.Index):
+                        self.expression(suffix.index, frame)
+            case ast.If():
+                for condition, block in node.branches:
+                    self.expression(condition, frame)
+                    self.block(block, frame)
+                if node.otherwise is not None:
+                    self.block(node.otherwise, frame)
+            case ast.For():
+                inner = _Frame(frame)
+                for variable in node.variables:
+                    self.expression(variable.range, frame)
+                for variable in node.variables:
+                    self.define(variable, variable.name, variable.name_span, inner)
+                self.block(node.body, inner)
+            case _:
+                pass

@@ -1,0 +1,163 @@
+"""One evaluation: its state, its driver, and what it may spend.
+
+Evaluation is a walk of the tree without machine recursion. The handler of a node either returns its
+value or is a generator that yields the (expression, scope) pairs whose values it needs;
+`Run.drive` runs them on a stack of its own and counts the steps. A fault travels to the statement
+around it, is recorded there, and leaves `POISON` behind, which is silent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import replace
+from types import GeneratorType
+from typing import Any, TypeVar, cast
+
+from dsl import ast, scene
+from dsl.budget import Limits
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic, Label
+from dsl.faults import Exhausted, Fault, Poisoned
+from dsl.files import Files
+from dsl.spans import Span
+from dsl.values import (
+    Angle,
+    Binding,
+    File,
+    Scope,
+    Value,
+    Vector,
+    format_number,
+    type_name,
+)
+
+_Result = TypeVar("_Result")
+Steps = Generator[tuple[ast.Expression, Scope], Value, _Result]
+"""What needs the values of expressions to come to a result."""
+Task = Steps[Value]
+Handler = Callable[["Run", Any, Scope], "Value | Task"]
+Context = Label | tuple[ast.For, tuple[Value, ...]]
+"""A call, or a loop's iteration."""
+
+_NodeOfScene = TypeVar("_NodeOfScene", bound=scene.Node)
+
+
+class Run:
+    """The state of one evaluation; `faulty` says that it gives no scene."""
+
+    def __init__(self, files: Files, limits: Limits, handlers: dict[type, Handler]) -> None:
+        self.files = files
+        self.limits = limits
+        self.handlers = handlers
+        self.diagnostics: list[Diagnostic] = []
+        self.faulty = False
+        self.sources: dict[str, str] = {}
+        self.uses: dict[ast.Name, Binding] = {}
+        self.definitions: dict[object, Binding] = {}
+        self.loaded: dict[str, File | None] = {}  # by resolved path; None while being read
+        self.context: list[Context] = []  # the calls and loops being evaluated, outermost first
+        self.depth = 0
+        self._steps = 0
+        self._nodes = 0
+        self._reported: set[tuple[str, Span]] = set()
+
+    def drive(self, task: Task) -> Value:
+        """The value of a task; raises what it does not handle."""
+        stack = [task]
+        value: Any = None
+        raised: Fault | Poisoned | None = None
+        while True:
+            top = stack[-1]
+            try:
+                if raised is None:
+                    expression, scope = top.send(value)
+                else:
+                    fault, raised = raised, None
+                    expression, scope = top.throw(fault)
+            except StopIteration as done:
+                stack.pop()
+                value = done.value
+                if not stack:
+                    return cast("Value", value)
+                continue
+            except (Fault, Poisoned) as fault:
+                stack.pop()
+                if not stack:
+                    raise
+                raised, value = fault, None
+                continue
+            self._steps += 1
+            if self._steps > self.limits.steps:
+                self.exhaust("limit-steps", f"more than {self.limits.steps} steps", expression.span)
+            try:
+                value = self.handlers[type(expression)](self, expression, scope)
+            except (Fault, Poisoned) as fault:
+                raised, value = fault, None
+            if type(value) is GeneratorType:
+                stack.append(value)
+                value = None
+
+    def record(self, fault: Fault | Poisoned) -> None:
+        """Keep a fault, once per code and place, with the calls and loops around it."""
+        self.faulty = True
+        if isinstance(fault, Poisoned):
+            return
+        found = fault.diagnostic
+        key = (found.code, fault.span)
+        if key not in self._reported:
+            self._reported.add(key)
+            self.report(replace(found, secondary=found.secondary + self._context_labels()))
+
+    def report(self, *diagnostics: Diagnostic) -> None:
+        """Keep diagnostics; the run ends when there are too many."""
+        self.diagnostics += diagnostics
+        self.faulty |= any(found.severity == "error" for found in diagnostics)
+        if len(self.diagnostics) > self.limits.diagnostics:
+            raise Exhausted
+
+    def exhaust(self, code: str, message: str, span: Span, help: str | None = None) -> None:
+        """End the run at a limit."""
+        raise Exhausted(
+            diagnostic(code, message, span, help=help, secondary=self._context_labels())
+        )
+
+    def made(self, node: _NodeOfScene, span: Span) -> _NodeOfScene:
+        """Count a node of the scene graph."""
+        self._nodes += 1
+        if self._nodes > self.limits.nodes:
+            self.exhaust("limit-nodes", f"more than {self.limits.nodes} objects", span)
+        return node
+
+    def check_length(self, length: int, span: Span) -> None:
+        """End the run if a list or a chain of transforms has become too long."""
+        if length > self.limits.list_length:
+            message = f"a list of {length} items, more than {self.limits.list_length}"
+            self.exhaust("limit-list-length", message, span)
+
+    def _context_labels(self) -> tuple[Label, ...]:
+        """The three innermost calls and loops, innermost first."""
+        return tuple(_label(entry) for entry in reversed(self.context[-3:]))
+
+
+def _label(entry: Context) -> Label:
+    if isinstance(entry, Label):
+        return entry
+    node, values = entry
+    pairs = zip(node.variables, values, strict=True)
+    words = ", ".join(f"{variable.name} = {_shown(value)}" for variable, value in pairs)
+    first, last = node.variables[0].span, node.variables[-1].span
+    return Label(Span(first.source, first.start, last.end), f"with {words}")
+
+
+def _shown(value: Value) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return format_number(value)
+        case Angle(degrees):
+            return f"{format_number(degrees)}deg"
+        case Vector(components):
+            return f"({', '.join(map(format_number, components))})"
+        case _:
+            return type_name(value)

@@ -1,0 +1,250 @@
+"""How files, blocks and loops are evaluated, and what their statements emit.
+
+An expression statement *emits* its value: an object gets an `Origin` with the statement's span, the
+name that the statement begins with, and the index of the loop in whose body it stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import product
+from pathlib import PurePath
+from typing import Any
+
+from dsl import ast, scene
+from dsl.builtins import BUILTINS
+from dsl.faults import Fault, Poisoned, mismatch, source_text
+from dsl.files import FileFault
+from dsl.parser import parse
+from dsl.resolve import resolve
+from dsl.run import Run, Steps, Task
+from dsl.spans import Source, Span
+from dsl.values import (
+    POISON,
+    Builtin,
+    Closure,
+    File,
+    Interval,
+    List,
+    Object,
+    Scope,
+    Value,
+    type_name,
+)
+
+
+def folder(source: Source) -> str:
+    """The folder from which file names in a source start."""
+    return str(PurePath(source.name).parent)
+
+
+def module(run: Run, module: ast.Module, scope: Scope) -> Task:
+    """The value of a file; `scope` receives its top-level names."""
+    run.sources[module.source.name] = module.source.text
+    resolution = resolve(module, BUILTINS)
+    run.uses.update(resolution.uses)
+    run.definitions.update(resolution.definitions)
+    run.report(*resolution.diagnostics)
+    emitted = yield from _statements(run, module.body, scope)
+    return _block_value(emitted, module.body.span)
+
+
+def block(run: Run, block: ast.Block, scope: Scope) -> Task:
+    """`{ statements }`: the value of its only expression, or the group of them."""
+    emitted = yield from _statements(run, block, Scope(scope, scope.index))
+    return _block_value(emitted, block.span)
+
+
+def loop(run: Run, node: ast.For, scope: Scope) -> Task:
+    """The group of what the body's first statement emits for every index, then the second, …."""
+    ranges = []
+    total = 1
+    for variable in node.variables:
+        value = yield variable.range, scope.inside()
+        items, count = _iterated(value, variable.range)
+        total *= count
+        ranges.append(items)
+    if total > run.limits.iterations:
+        raise Fault(
+            "limit-iterations",
+            f"a loop of {float(total):.7g} iterations, more than {run.limits.iterations}",
+            node.variables[0].span,
+        )
+    bindings = [run.definitions[variable] for variable in node.variables]
+    rows: list[list[Value]] = []
+    for index, raw in enumerate(product(*ranges)):
+        values = tuple(float(v) if isinstance(v, int) else v for v in raw)
+        variables = Scope(scope, None, dict(zip(bindings, values, strict=True)))
+        run.context.append((node, values))
+        row = yield from _statements(run, node.body, Scope(variables, index))
+        run.context.pop()
+        if POISON in row:
+            return POISON  # the iterations after it would say the same
+        rows.append(row)
+    columns = zip(*rows, strict=True)
+    return run.made(_group([v for column in columns for v in column], node.span), node.span)
+
+
+def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
+    """Evaluate a block's statements in its scope: the value of each expression statement."""
+    expressions = 0
+    for statement in block.statements:
+        if isinstance(statement, ast.Function):
+            scope.values[run.definitions[statement]] = Closure(statement, scope)
+        elif not isinstance(statement, ast.Definition):
+            expressions += 1
+    grouped = expressions > 1 or scope.index is not None
+    emitted: list[Value] = []
+    for statement in block.statements:
+        value: Value = POISON
+        try:
+            match statement:
+                case ast.Function():
+                    pass
+                case ast.Let():
+                    value = yield statement.value, scope.inside()
+                case ast.Use():
+                    value = yield from _use(run, statement)
+                case _:
+                    value = yield from _emitted(run, statement, scope, grouped)
+        except (Fault, Poisoned) as fault:
+            run.record(fault)
+        if isinstance(statement, ast.Let | ast.Use):
+            scope.values[run.definitions[statement]] = value
+        elif not isinstance(statement, ast.Function):
+            emitted.append(value)
+    return emitted
+
+
+def _use(run: Run, statement: ast.Use) -> Task:
+    """The file that a `use` names; each is evaluated once."""
+    if statement.path is None:
+        raise Poisoned
+    span, path = statement.path.span, statement.path.text
+    start = folder(span.source)
+    try:
+        resolved = str(run.files.resolve(path, start))
+        if resolved in run.loaded:
+            known = run.loaded[resolved]
+            if known is None:
+                raise Fault(
+                    "file-cycle",
+                    f"`{path}` uses itself, directly or through others",
+                    span,
+                    help="move what both need into a third file",
+                )
+            return known
+        if len(run.loaded) >= run.limits.files:
+            raise Fault("limit-files", f"more than {run.limits.files} files", span)
+        text = run.files.read_text(path, start)
+    except FileFault as fault:
+        raise Fault(fault.code, fault.message, span, help=fault.help) from None
+    tree, diagnostics = parse(Source(str(PurePath(start) / path), text), run.limits)
+    run.report(*diagnostics)
+    run.loaded[resolved] = None
+    scope = Scope()
+    yield from module(run, tree, scope)
+    members = {binding.name: value for binding, value in scope.values.items()}
+    file = run.loaded[resolved] = File(path, members)
+    return file
+
+
+def _emitted(run: Run, statement: ast.Expression, scope: Scope, grouped: bool) -> Task:
+    """The value of an expression statement; in a group it must be a scene value."""
+    if isinstance(statement, ast.If | ast.Block):
+        # What they contain is emitted there, with the same index.
+        value = yield statement, scope
+    else:
+        value = yield statement, scope.inside()
+        if isinstance(value, Object):
+            value = _labelled(run, value, statement, scope)
+    if value is POISON:
+        raise Poisoned
+    if grouped and not isinstance(value, scene.Node):
+        raise no_scene_value(value, statement)
+    return value
+
+
+def _labelled(run: Run, value: scene.Node, statement: ast.Expression, scope: Scope) -> Value:
+    """The object with its statement's origin: its own, if the statement made it, or around it."""
+    label = _label(run, statement, scope)
+    if isinstance(statement, ast.For) and scope.index is not None:
+        label = "for"
+    if not label:
+        return value
+    origin = scene.Origin(statement.span, label, scope.index)
+    old = value.origin
+    if old is not None and old.place is statement.span and not old.label:
+        return replace(value, origin=origin)
+    return run.made(scene.Instances(value, scene.Transform(), origin=origin), statement.span)
+
+
+def _label(run: Run, statement: ast.Expression, scope: Scope) -> str:
+    """The name that a statement begins with; of a file's member, the member's."""
+    if isinstance(statement, ast.Name):
+        return statement.name
+    if not isinstance(statement, ast.Chain) or not isinstance(statement.base, ast.Name):
+        return ""
+    first, binding = statement.suffixes[0], run.uses.get(statement.base)
+    if isinstance(first, ast.Member) and binding is not None:
+        if isinstance(scope.find(binding), File):
+            return first.name
+    return statement.base.name
+
+
+def _block_value(emitted: list[Value], span: Span) -> Value:
+    if POISON in emitted:
+        return POISON
+    return emitted[0] if len(emitted) == 1 else _group(emitted, span)
+
+
+def _group(values: list[Value], span: Span) -> scene.Group:
+    """The group of scene values; empty groups contribute nothing."""
+    items = [v for v in values if not (isinstance(v, scene.Group) and not v.items)]
+    return scene.Group(tuple(items), scene.Origin(span))  # type: ignore[arg-type]
+
+
+def only(block: ast.Block) -> ast.Expression:
+    """The last expression statement of a block that has one."""
+    return [s for s in block.statements if not isinstance(s, ast.Definition)][-1]
+
+
+def no_scene_value(value: Value, statement: ast.Expression) -> Fault:
+    """The fault of a statement whose value a scene cannot contain."""
+    help = "name it with `let`, or leave it out"
+    if isinstance(value, Closure | Builtin):
+        words = statement.name if isinstance(statement, ast.Name) else "…"
+        help = f"call it: `{words}(…)`"
+    elif isinstance(value, File):
+        help = "place what is in it, such as `file.name`"
+    elif isinstance(value, scene.Transform):
+        help = "apply it to an object: `object.transform(t)`"
+    elif isinstance(value, scene.Material):
+        help = "bind it to an object: `object.material(m)`"
+    elif isinstance(value, List):
+        help = "place its items in a loop: `for item in list { item }`"
+    return Fault(
+        "type-not-a-scene-value",
+        f"{type_name(value)} cannot be part of a scene",
+        statement.span,
+        help=help,
+    )
+
+
+def _iterated(value: Value, node: ast.Expression) -> tuple[Iterable[Any], int]:
+    """What a loop runs over and how much that is: the integers a <= i < b, or a list's items."""
+    if value is POISON:
+        raise Poisoned
+    match value:
+        case List(items):
+            return items, len(items)
+        case Interval(float(start), float(end)):
+            first, last = math.ceil(start), math.ceil(end)
+            return range(first, last), max(0, last - first)
+    fault = mismatch("what a loop runs over", "an interval of numbers or a list", value, node)
+    if isinstance(value, float):
+        help = f"write `0..{source_text(node.span)}` for 0, 1, 2 and so on"
+        fault.diagnostic = replace(fault.diagnostic, help=help)
+    raise fault

@@ -1,0 +1,140 @@
+"""What follows a value: members, items and suffix calls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dsl import ast, scene
+from dsl.builtins import BUILTINS
+from dsl.calls import Given, Site, call_builtin
+from dsl.faults import Fault, Poisoned, mismatch
+from dsl.materials import BIND, OVERRIDE
+from dsl.suggest import did_you_mean
+from dsl.transforms import PLACE
+from dsl.values import (
+    POISON,
+    Color,
+    File,
+    Interval,
+    List,
+    Object,
+    Value,
+    Vector,
+    format_number,
+    type_name,
+)
+
+
+def movable(value: Value) -> bool:
+    """Whether the suffix calls of `PLACE` apply: to objects, lights and cameras."""
+    return isinstance(value, scene.Node) and not isinstance(value, scene.Settings)
+
+
+def field(value: Value, member: ast.Member) -> Value:
+    """`value.name`."""
+    match value, member.name:
+        case Vector(components), ("x" | "y" | "z" | "w") as letter:
+            if (position := "xyzw".index(letter)) < len(components):
+                return components[position]
+        case Color(components), ("r" | "g" | "b") as letter:
+            return components["rgb".index(letter)]
+        case Interval(), "start":
+            return value.start
+        case Interval(), "end":
+            return value.end
+    raise _no_member(value, member)
+
+
+def file_member(file: File, member: ast.Member) -> Value:
+    """A top-level name of a file."""
+    value = file.members.get(member.name)
+    if value is None:
+        raise Fault(
+            "name-unknown-member",
+            f"`{file.path}` defines no `{member.name}`",
+            member.span,
+            help=did_you_mean(member.name, file.members),
+        )
+    return value
+
+
+def item(value: Value, index: Value, suffix: ast.Index) -> Value:
+    """`value[index]`, counted from 0."""
+    if index is POISON:
+        raise Poisoned
+    if not isinstance(value, List | Vector):
+        raise Fault(
+            "type-mismatch",
+            f"{type_name(value)} has no items",
+            suffix.span,
+            help="lists and vectors can be indexed",
+        )
+    if not isinstance(index, float):
+        raise mismatch("an index", "a number", index, suffix.index)
+    if index != int(index):
+        raise Fault(
+            "value-not-an-integer",
+            f"an index is a whole number, not {format_number(index)}",
+            suffix.index.span,
+            help="round it with `floor`, `ceil` or `round`",
+        )
+    items: Sequence[Value] = value.items if isinstance(value, List) else value.components
+    if not 0 <= index < len(items):
+        last = f"they go from 0 to {len(items) - 1}" if items else "it is empty"
+        raise Fault(
+            "value-index",
+            f"no item {format_number(index)} in {type_name(value)} of {len(items)}; {last}"
+            if isinstance(value, List)
+            else f"no component {format_number(index)} in {type_name(value)}; {last}",
+            suffix.index.span,
+        )
+    return items[int(index)]
+
+
+def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: Site) -> Value:
+    """`value.name(arguments)` for all that does not place an object."""
+    if isinstance(value, scene.Transform) and member.name == "inverse":
+        if given:
+            raise Fault(
+                "type-too-many-arguments", "`inverse` takes no arguments", given[0].argument.span
+            )
+        return value.inverted()
+    builtin = {"material": BIND, "override": OVERRIDE}.get(member.name)
+    if builtin is not None and isinstance(value, Object):
+        material = call_builtin(builtin, given, site)
+        assert isinstance(material, scene.Material)
+        origin = scene.Origin(site.span)
+        return scene.Bind(value, material, member.name == "override", origin)
+    raise _no_member(value, member)
+
+
+def _no_member(value: Value, member: ast.Member) -> Fault:
+    """The fault of a member or suffix call that the value does not have."""
+    name = member.name
+    known: tuple[str, ...] = ()
+    match value:
+        case Vector(components):
+            known = tuple("xyzw"[: len(components)])
+        case Color():
+            known = ("r", "g", "b")
+        case Interval():
+            known = ("start", "end")
+        case scene.Transform():
+            known = ("inverse",)
+        case _ if isinstance(value, Object):
+            known = (*PLACE, "material", "override")
+        case _ if movable(value):
+            known = tuple(PLACE)
+    if name in known:
+        help: str | None = f"it is a call: `.{name}(…)`"
+    elif isinstance(value, scene.Transform) and name in PLACE:
+        help = f"combine transforms by a product: `{name}(…) * t` applies `t` first"
+    else:
+        help = did_you_mean(name, known)
+        if help is None and name in BUILTINS:
+            help = f"`{name}` is a function: write `{name}(…)` around the value"
+        elif help is None and known:
+            help = f"it has {', '.join(f'`{word}`' for word in known)}"
+    return Fault(
+        "name-unknown-member", f"{type_name(value)} has no `{name}`", member.span, help=help
+    )

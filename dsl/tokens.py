@@ -1,0 +1,44 @@
+"""Words of the language."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+KEYWORDS = frozenset(
+    ("let", "fn", "for", "in", "if", "else", "use", "as", "and", "or", "not", "true", "false")
+)
+RESERVED = frozenset(("param", "time"))
+"""Words that will have a meaning and therefore name nothing."""
+
+TokenValue = float | str | tuple[float, float, float] | None
+
+
+class Token(NamedTuple):
+    """One word.
+
+    `kind` is the text itself for keywords and symbols, otherwise "number", "angle", "string",
+    "color", "name", "reserved", "newline", "end", or "fault" for what the lexer has reported.
+    `start` and `end` are UTF-8 byte offsets. `value`: a number's value, an angle's degrees, a
+    string's or name's text, a colour's linear components.
+    """
+
+    kind: str
+    start: int
+    end: int
+    value: TokenValue = None
+
+
+def describe(token: Token) -> str:
+    """The token as messages name it."""
+    match token.kind:
+        case "newline":
+            return "the end of the line"
+        case "end":
+            return "the end of the file"
+        case "number" | "angle" | "string" | "color":
+            article = "an" if token.kind == "angle" else "a"
+            return f"{article} {token.kind}"
+        case "name" | "reserved":
+            return f"`{token.value}`"
+        case _:
+            return f"`{token.kind}`"

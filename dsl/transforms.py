@@ -1,0 +1,140 @@
+"""The affine maps of the language: the same names as suffix calls and as functions.
+
+A chain of suffixes applies its maps in reading order; a product `a * b` of transform values applies
+b first, as matrices do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from dsl.calls import Site
+from dsl.kinds import ANGLE, NUMBER, TRANSFORM, VECTOR3
+from dsl.scene import Step, StepKind, Transform, Vector
+from dsl.values import Builtin, Parameter, Signature
+
+
+def step(kind: StepKind, *values: float) -> Transform:
+    """The transform of one elementary map."""
+    return Transform((Step(kind, np.array(values, dtype=np.float64)),))
+
+
+def _translate_by(site: Site, by: Vector) -> Transform:
+    return step(StepKind.TRANSLATE, *by)
+
+
+def _translate(site: Site, x: float, y: float, z: float) -> Transform:
+    return step(StepKind.TRANSLATE, x, y, z)
+
+
+def _scale_by(site: Site, s: float) -> Transform:
+    return step(StepKind.SCALE, s, s, s)
+
+
+def _scale(site: Site, x: float, y: float, z: float) -> Transform:
+    return step(StepKind.SCALE, x, y, z)
+
+
+def _rotate_about(x: float, y: float, z: float) -> Callable[[Site, float], Transform]:
+    return lambda site, angle: step(StepKind.ROTATE, x, y, z, angle)
+
+
+def _rotate(site: Site, axis: Vector, angle: float) -> Transform:
+    _check_direction(site, "axis", axis)
+    return step(StepKind.ROTATE, *axis, angle)
+
+
+def _shear(
+    site: Site, xy: float, xz: float, yx: float, yz: float, zx: float, zy: float
+) -> Transform:
+    return step(StepKind.SHEAR, xy, xz, yx, yz, zx, zy)
+
+
+def _reflect(site: Site, axis: Vector) -> Transform:
+    _check_direction(site, "axis", axis)
+    return step(StepKind.REFLECT, *axis)
+
+
+def _matrix(site: Site, numbers: tuple[float, ...]) -> Transform:
+    if len(numbers) != 12:
+        raise site.fault(
+            "type-missing-argument" if len(numbers) < 12 else "type-too-many-arguments",
+            f"`matrix` takes 12 numbers, not {len(numbers)}",
+            help="three rows of four numbers; the fourth of each row is the translation",
+        )
+    return step(StepKind.MATRIX, *numbers)
+
+
+def look_at(site: Site, origin: Vector, at: Vector, up: Vector) -> Transform:
+    """The rigid map that puts an object at `origin`, its -z towards `at` and its y near `up`."""
+    view = np.subtract(at, origin)
+    if not view.any():
+        raise site.fault("value-degenerate", "`at` is the same point as `from`", "at")
+    _check_direction(site, "up", up)
+    up_unit = np.asarray(up) / np.max(np.abs(up))
+    if not np.cross(view / np.max(np.abs(view)), up_unit).any():
+        raise site.fault(
+            "value-degenerate",
+            "`up` is parallel to the direction of view",
+            "up",
+            help="give an `up` that leans away from it, such as `up: (0, 0, 1)`",
+        )
+    return step(StepKind.LOOK_AT, *origin, *at, *up)
+
+
+def _check_direction(site: Site, name: str, vector: Vector) -> None:
+    if not any(vector):
+        raise site.fault("value-degenerate", f"`{name}` is (0, 0, 0) and has no direction", name)
+
+
+_ANGLE = (Parameter("angle", ANGLE, required=True),)
+_AXIS = Parameter("axis", VECTOR3, required=True)
+LOOK_AT = (
+    Parameter("from", VECTOR3, required=True),
+    Parameter("at", VECTOR3, (0.0, 0.0, 0.0)),
+    Parameter("up", VECTOR3, (0.0, 1.0, 0.0)),
+)
+
+TRANSFORMS = (
+    Builtin(
+        "translate",
+        (
+            Signature((Parameter("by", VECTOR3, required=True),), _translate_by),
+            Signature(tuple(Parameter(name, NUMBER, 0.0) for name in "xyz"), _translate),
+        ),
+    ),
+    Builtin(
+        "scale",
+        (
+            Signature((Parameter("s", NUMBER, required=True),), _scale_by),
+            Signature(tuple(Parameter(name, NUMBER, 1.0) for name in "xyz"), _scale),
+        ),
+    ),
+    Builtin("rotate_x", (Signature(_ANGLE, _rotate_about(1.0, 0.0, 0.0)),)),
+    Builtin("rotate_y", (Signature(_ANGLE, _rotate_about(0.0, 1.0, 0.0)),)),
+    Builtin("rotate_z", (Signature(_ANGLE, _rotate_about(0.0, 0.0, 1.0)),)),
+    Builtin("rotate", (Signature((_AXIS, *_ANGLE), _rotate),)),
+    Builtin(
+        "shear",
+        (
+            Signature(
+                tuple(Parameter(n, NUMBER, 0.0) for n in ("xy", "xz", "yx", "yz", "zx", "zy")),
+                _shear,
+            ),
+        ),
+    ),
+    Builtin("reflect", (Signature((_AXIS,), _reflect),)),
+    Builtin("matrix", (Signature((), _matrix, rest=NUMBER),)),
+    Builtin("look_at", (Signature(LOOK_AT, look_at),)),
+)
+
+PLACE = {
+    **{builtin.name: builtin for builtin in TRANSFORMS},
+    "transform": Builtin(
+        "transform",
+        (Signature((Parameter("t", TRANSFORM, required=True),), lambda site, t: t),),
+    ),
+}
+"""The suffix calls that place an object."""

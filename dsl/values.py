@@ -1,0 +1,207 @@
+"""What expressions evaluate to.
+
+A number is a Python float, a truth value a bool, a text a str, a transform `dsl.scene.Transform`, a
+material `dsl.scene.Material`, and an object, light, camera or settings a node of the scene graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from dsl import ast, scene
+from dsl.spans import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Angle:
+    """An angle in degrees."""
+
+    degrees: float
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """Two, three or four numbers."""
+
+    components: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Color:
+    """Linear Rec. 709 components: red, green, blue."""
+
+    components: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """`start..end`, both numbers or both angles."""
+
+    start: float | Angle
+    end: float | Angle
+
+
+@dataclass(frozen=True, slots=True)
+class List:
+    """Values in order."""
+
+    items: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Binding:
+    """What a name stands for in one scope: the identity that definition and uses share.
+
+    `span` is the name in its definition. A builtin has its `value` instead.
+    """
+
+    name: str
+    span: Span | None = None
+    value: Value | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Scope:
+    """The values of one block's bindings, and the scope around it.
+
+    `index` numbers what the statements of a loop's body emit.
+    """
+
+    parent: Scope | None = None
+    index: int | None = None
+    values: dict[Binding, Value] = field(default_factory=dict)
+
+    def find(self, binding: Binding) -> Value | None:
+        """The value, or None if its definition has not been reached."""
+        scope: Scope | None = self
+        while scope is not None:
+            if (value := scope.values.get(binding)) is not None:
+                return value
+            scope = scope.parent
+        return None
+
+    def inside(self) -> Scope:
+        """The scope for what an expression of this scope contains: emissions there have no index."""
+        return self if self.index is None else Scope(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Closure:
+    """A function of the program with the scope that it was defined in."""
+
+    definition: ast.Function
+    scope: Scope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class File:
+    """A scene file in use: its top-level names."""
+
+    path: str
+    members: dict[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a parameter takes.
+
+    `name` with its article, as messages say it; `convert` gives the Python value, or None for a
+    value of another kind.
+    """
+
+    name: str
+    convert: Callable[[Any], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a builtin; without a default it must be given."""
+
+    name: str
+    kind: Kind
+    default: Any = None
+    required: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """One way to call a builtin.
+
+    `function` takes the `dsl.calls.Site` and the converted arguments in order of `parameters`; those beyond
+    `parameters`, if `rest` says their kind, come last as a tuple.
+    """
+
+    parameters: tuple[Parameter, ...]
+    function: Callable[..., Any]
+    rest: Kind | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Builtin:
+    """A function of the language; the first signature that the arguments fit is called."""
+
+    name: str
+    signatures: tuple[Signature, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Poison:
+    """The value of what was faulty: whatever touches it is silent, as its fault is reported."""
+
+
+POISON = Poison()
+
+Value = (
+    float
+    | bool
+    | str
+    | Angle
+    | Vector
+    | Color
+    | Interval
+    | List
+    | Closure
+    | Builtin
+    | File
+    | scene.Transform
+    | scene.Material
+    | scene.Node
+    | Poison
+)
+
+Object = scene.Shape | scene.Mesh | scene.File | scene.Group | scene.Instances | scene.Bind
+"""What can be placed and have a material."""
+
+_NAMES: dict[type, str] = {
+    float: "a number",
+    bool: "a truth value",
+    str: "a string",
+    Angle: "an angle",
+    Color: "a color",
+    Interval: "an interval",
+    List: "a list",
+    Closure: "a function",
+    Builtin: "a function",
+    File: "a file",
+    scene.Transform: "a transform",
+    scene.Material: "a material",
+    scene.Sun: "a light",
+    scene.PointLight: "a light",
+    scene.Sky: "a light",
+    scene.Camera: "a camera",
+    scene.Settings: "settings",
+}
+
+
+def type_name(value: Value) -> str:
+    """The value's type with its article, as messages say it."""
+    if isinstance(value, Vector):
+        return f"a vector of {len(value.components)}"
+    return _NAMES.get(type(value), "an object")
+
+
+def format_number(value: float) -> str:
+    """The shortest text that reads back as the number."""
+    return repr(int(value)) if value == int(value) and abs(value) < 1e16 else repr(value)
