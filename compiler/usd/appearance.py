@@ -33,6 +33,34 @@ class Binding:
 
 
 @dataclass(frozen=True, slots=True)
+class Base:
+    """The root of the innermost native instance around a prim, or the stage's.
+
+    `binding` is that root's own: what is below inherits it.
+    """
+
+    path: Sdf.Path = Sdf.Path.absoluteRootPath
+    binding: Binding | None = None
+
+    def owns(self, path: Sdf.Path) -> bool:
+        """Whether a path is strictly below; everything is below the stage's root."""
+        return bool(path.HasPrefix(self.path) and path != self.path)
+
+    def own(self, binding: Binding) -> Material | None:
+        """The material of a binding, or None where it is inherited from the base.
+
+        A collection above may also bind a prim below and not the base itself.
+        """
+        inherited = binding == self.binding and not self.owns(binding.source)
+        return None if inherited else binding.material
+
+    def label(self, path: Sdf.Path) -> str:
+        """A path relative to the base."""
+        text = str(path)
+        return text if self.path.IsAbsoluteRootPath() else text[len(str(self.path)) :]
+
+
+@dataclass(frozen=True, slots=True)
 class Display:
     """A prim's displayColor and displayOpacity.
 
@@ -85,7 +113,7 @@ class Appearance:
         self.resolve([prim])
         return self._bindings[prim.GetPath()]
 
-    def display(self, prim: Any, base: Sdf.Path) -> Display | None:
+    def display(self, prim: Any, base: Base) -> Display | None:
         """The display colour of a prim, or None if neither colour nor opacity is authored."""
         primvars = UsdGeom.PrimvarsAPI(prim)
         color = primvars.FindPrimvarWithInheritance("displayColor")
@@ -93,7 +121,7 @@ class Appearance:
         found = [primvar for primvar in (color, opacity) if primvar and primvar.HasValue()]
         if not found:
             return None
-        below = [is_below(primvar.GetAttr().GetPrim().GetPath(), base) for primvar in found]
+        below = [base.owns(primvar.GetAttr().GetPrim().GetPath()) for primvar in found]
         colors, faces = self._colors(color, prim)
         return Display(colors, faces, self._opacity(opacity, prim), any(below), not all(below))
 
@@ -147,11 +175,6 @@ class Appearance:
             message = "a displayOpacity of several values is drawn as its mean"
             self._report.warn("usd-primvar", message, prim.GetPath())
         return float(np.clip(values.mean(), 0.0, 1.0))
-
-
-def is_below(path: Sdf.Path, base: Sdf.Path) -> bool:
-    """Whether a path is strictly below the base of a frame; everything is below the root."""
-    return bool(path.HasPrefix(base) and path != base)
 
 
 def has_collection_bindings(prim: Any) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, UsdShade
 
-from compiler.usd.appearance import Appearance, Binding, Display, is_below
+from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
 from compiler.usd.polygons import triangulate
 from compiler.usd.report import Report
@@ -92,7 +92,7 @@ class Meshes:
         self._parts: dict[tuple[Sdf.Path, bytes], list[Mesh]] = {}
 
     def parts(
-        self, prim: Any, binding: Binding | None, display: Display | None, base: Sdf.Path
+        self, prim: Any, binding: Binding | None, display: Display | None, base: Base
     ) -> list[tuple[Mesh, Material | None]]:
         """The meshes of a prim, one per material, each with its material.
 
@@ -108,7 +108,7 @@ class Meshes:
         labels = np.zeros(surface.face_count, np.int64)
         materials: list[Material | None] = [None]
         if binding is not None:
-            materials = [binding.material if is_below(binding.source, base) else None]
+            materials = [base.own(binding)]
         elif display is not None and display.below:
             materials = [display.material(index) for index in range(len(display.colors))]
             if display.faces is not None and len(display.faces) == surface.face_count:
@@ -126,7 +126,7 @@ class Meshes:
             faces = faces[~taken[faces]]
             taken[faces] = True
             labels[faces] = len(materials)
-            materials.append(own.material if is_below(own.source, base) else None)
+            materials.append(base.own(own))
         of_triangle = labels[surface.faces]
         used = np.unique(of_triangle)
         key = (path, of_triangle.tobytes() if len(used) > 1 else b"")

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdUtils
 
+from compiler.usd.appearance import Base
 from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
 from compiler.usd.lights import read_light
@@ -27,7 +28,7 @@ _one_at_a_time = threading.Lock()
 """usd-core hands its warnings to the process, not to who asked: one import at a time sees them."""
 
 _PATH = re.compile(r"<(/[^<>]*)>")
-_ADDRESS = re.compile(r"\s*\((instantiating stage|getting location)[^)]*\)|\s*<0x[0-9a-f]+>")
+_ADDRESS = re.compile(r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@")
 
 
 def read_stage(
@@ -88,7 +89,7 @@ def _import(
     traversal = Traversal(stage, name, clock, report, options)
     parent = root.GetParent() if only is not None else None
     above = traversal.inherited(parent) if parent else Inherited()
-    frame = traversal.walk(root, above, Sdf.Path.absoluteRootPath)
+    frame = traversal.walk(root, above, Base())
     items = list(frame.items)
     chain = world_steps(parent, clock, report) if parent else ()
     if chain and items:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from compiler.usd.appearance import Appearance, has_collection_bindings, is_below
+from compiler.usd.appearance import Appearance, Base, has_collection_bindings
 from compiler.usd.clock import Clock
 from compiler.usd.gprims import Gprims, is_unsupported
 from compiler.usd.instancer import point_batches
@@ -52,16 +52,11 @@ class Frame:
     is false if a node depends on values above the base.
     """
 
-    base: Sdf.Path
+    base: Base
     items: list[Node] = field(default_factory=list)
     hoisted: list[Node] = field(default_factory=list)
     placed: list[str] = field(default_factory=list)
     shared: bool = True
-
-    def label(self, path: Sdf.Path) -> str:
-        """A path relative to the base."""
-        text = str(path)
-        return text if self.base.IsAbsoluteRootPath() else text[len(str(self.base)) :]
 
 
 @dataclass(slots=True)
@@ -102,13 +97,13 @@ class Traversal:
     def origin(self, prim: Any, frame: Frame, point: bool = False) -> Origin:
         """The origin of an edge that `prim` made."""
         path = prim.GetPath()
-        return Origin(PrimPlace(self.name, str(path)), frame.label(path), point=point)
+        return Origin(PrimPlace(self.name, str(path)), frame.base.label(path), point=point)
 
     def walk(
         self,
         root: Any,
         above: Inherited,
-        base: Sdf.Path,
+        base: Base,
         *,
         inside: bool = False,
         predicate: Any = DRAWN,
@@ -143,7 +138,7 @@ class Traversal:
                 visits[visit.parent].below += reversed(placed)
         return frame
 
-    def prototype(self, root: Any, above: Inherited, base: Sdf.Path) -> tuple[Node | None, bool]:
+    def prototype(self, root: Any, above: Inherited, base: Base) -> tuple[Node | None, bool]:
         """One prototype of a point instancer in its own space, and whether it can be shared."""
         key = ("point", root.GetPath(), above, base)
         entry = self._entry(
@@ -197,7 +192,7 @@ class Traversal:
                 visit.own += point_batches(self, prim, inherited, frame)
             return
         if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
-            frame.placed.append(frame.label(prim.GetPath()))
+            frame.placed.append(frame.base.label(prim.GetPath()))
         if self._is_drawn(prim, kind, inherited):
             if kind == "Mesh":
                 self._draw_mesh(visit, frame)
@@ -243,7 +238,7 @@ class Traversal:
         """The material that belongs to the frame; None where it comes from above, or nowhere."""
         binding = self.appearance.binding(prim)
         if binding is not None:
-            return binding.material if is_below(binding.source, frame.base) else None
+            return frame.base.own(binding)
         display = self.appearance.display(prim, frame.base)
         if display is None or not display.below:
             return None
@@ -262,12 +257,13 @@ class Traversal:
             (binding is not None, binding is not None and binding.strong),
             path if inherited.collections else None,
         )
-        entry = self._entry(key, lambda: self.walk(prim, inherited, path, inside=True), path)
+        base = Base(path, binding)
+        entry = self._entry(key, lambda: self.walk(prim, inherited, base, inside=True), path)
         if entry is None:
             return
         inner, node, hoisted = entry
         frame.shared = frame.shared and inner.shared
-        label = frame.label(path)
+        label = frame.base.label(path)
         frame.placed += [label + relative for relative in inner.placed]
         material = self.material(prim, frame)
         origin = self.origin(prim, frame)

@@ -74,6 +74,9 @@ def test_nested_native_instances_stand_where_usd_core_has_them(
 
 
 def test_insides_of_equal_instances_are_one_node(load: Callable[..., Any]) -> None:
+    copies = "".join(
+        f'def Xform "i{n}" (instanceable = true\ninherits = </_pair>\n) {{\n}}\n' for n in range(50)
+    )
     imported = load("""
 class Xform "_pair" {
     def Cube "a" {
@@ -81,7 +84,7 @@ class Xform "_pair" {
     def Cube "b" {
     }
 }
-""" + "".join(f'def Xform "i{n}" (instanceable = true\ninherits = </_pair>\n) {{\n}}\n' for n in range(50)))  # fmt: skip
+""" + copies)  # fmt: skip
     assert len({id(edge.child) for edge in imported.graph.root.items}) == 1
     assert imported.paths()[98:] == ["/i49/a", "/i49/b"]
 

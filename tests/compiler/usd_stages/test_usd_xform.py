@@ -140,8 +140,13 @@ def Xform "far" {
     assert leaf.world[0, 3] == pytest.approx(123456789.223456789, rel=1e-16)
 
 
-@pytest.mark.parametrize("order", ['"!resetXformStack!", "xformOp:translate"',
-                                   '"xformOp:scale", "!resetXformStack!", "xformOp:translate"'])  # fmt: skip
+@pytest.mark.parametrize(
+    "order",
+    [
+        '"!resetXformStack!", "xformOp:translate"',
+        '"xformOp:scale", "!resetXformStack!", "xformOp:translate"',
+    ],
+)
 @pytest.mark.parametrize("instanced", [False, True])
 def test_a_reset_drops_all_parents_even_out_of_an_instance(
     load: Callable[..., Any], order: str, instanced: bool

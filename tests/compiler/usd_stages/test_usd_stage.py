@@ -1,0 +1,357 @@
+"""What is drawn at all, when, and what is said about the rest."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dsl.scene import Camera, PointLight, Settings, Sky, Sun
+
+
+def one(imported: Any, kind: type) -> tuple[np.ndarray, Any]:
+    (found,) = [(world, node) for world, node in imported.others if isinstance(node, kind)]
+    return found
+
+
+def test_importing_the_package_does_not_import_usd_core() -> None:
+    check = "import compiler.usd, sys; sys.exit(any(m.startswith('pxr') for m in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", check], check=False).returncode == 0
+
+
+def test_invisible_prunes_and_the_nearest_purpose_wins(load: Callable[..., Any]) -> None:
+    text = """
+def Xform "hidden" {
+    token visibility = "invisible"
+    def Cube "c" {
+        token visibility = "inherited"
+    }
+}
+def Scope "guide" {
+    uniform token purpose = "guide"
+    def Cube "guide" {
+    }
+    def Cube "render" {
+        uniform token purpose = "render"
+    }
+}
+def Cube "proxy" {
+    uniform token purpose = "proxy"
+}
+def Cube "other" {
+    uniform token purpose = "other"
+}
+def Cube "inactive" (active = false) {
+}
+class Cube "class" {
+}
+over "over" {
+    def Cube "c" {
+    }
+}
+def Cube "plain" {
+    def Sphere "below" {
+    }
+}
+"""
+    imported = load(text)
+    assert imported.paths() == ["/guide/render", "/plain", "/plain/below"]
+    assert imported.said("unknown purpose `other`").primary.place.prim == "/other"
+    shown = load(text, purposes=frozenset({"default", "proxy"}))
+    assert shown.paths() == ["/proxy", "/plain", "/plain/below"]
+
+
+def test_purpose_and_visibility_reach_into_instances(load: Callable[..., Any]) -> None:
+    imported = load("""
+class Xform "_x" {
+    def Cube "c" {
+    }
+}
+def Xform "shown" (instanceable = true
+    inherits = </_x>
+) {
+}
+def Xform "hidden" (instanceable = true
+    inherits = </_x>
+) {
+    token visibility = "invisible"
+}
+def Xform "proxy" (instanceable = true
+    inherits = </_x>
+) {
+    uniform token purpose = "proxy"
+}
+""")
+    assert imported.paths() == ["/shown/c"]
+
+
+MOVING = """
+(
+    timeCodesPerSecond = 24
+)
+def Cube "sampled" {
+    double3 xformOp:translate.timeSamples = { 10: (1, 0, 0), 20: (2, 0, 0) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Cube "both" {
+    double3 xformOp:translate = (5, 0, 0)
+    double3 xformOp:translate.timeSamples = { 10: (1, 0, 0), 20: (2, 0, 0) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("time", "expected"),
+    [(None, [1, 5]), ("earliest", [1, 1]), (15, [1.5, 1.5]), (0, [1, 1]), (99.0, [2, 2])],
+)
+def test_time_codes(load: Callable[..., Any], time: Any, expected: list[float]) -> None:
+    imported = load(MOVING, time=time)
+    assert [leaf.world[0, 3] for leaf in imported.leaves] == expected
+
+
+@pytest.mark.parametrize("rate", ["0", "-24"])
+@pytest.mark.parametrize("where", ["root", "sublayer"])
+def test_rates_on_which_usd_core_hangs_are_refused(
+    load: Callable[..., Any], tmp_path: Path, rate: str, where: str
+) -> None:
+    (tmp_path / "sub.usda").write_text(
+        f"#usda 1.0\n(\ntimeCodesPerSecond = {rate if where == 'sublayer' else 48}\n)\n"
+        + MOVING[MOVING.index("def") :]
+    )
+    root = f"(\ntimeCodesPerSecond = {rate if where == 'root' else 24}\nsubLayers = [@sub.usda@]\n)"
+    imported = load(root)
+    assert imported.leaves == []
+    assert [(d.code, d.severity) for d in imported.diagnostics] == [("usd-time", "error")]
+
+
+def test_a_time_that_is_not_finite_is_refused(load: Callable[..., Any]) -> None:
+    assert load(MOVING, time=math.nan).codes() == ["usd-time"]
+
+
+@pytest.mark.parametrize("text", ["def Cube {", "(\nframesPerSecond = \n)", "\0\0"])
+def test_what_cannot_be_read_is_an_error(load: Callable[..., Any], text: str) -> None:
+    imported = load(text)
+    assert [(d.code, d.severity) for d in imported.diagnostics] == [("usd-open", "error")]
+    assert "\n" not in imported.diagnostics[0].message
+
+
+def test_a_missing_file_is_an_error(load: Callable[..., Any], tmp_path: Path) -> None:
+    assert load(tmp_path / "none.usda").codes() == ["usd-open"]
+
+
+def test_composition_faults_are_reported_and_not_printed(
+    load: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    imported = load("""
+def Xform "missing" (references = @none.usda@) {
+    def Cube "c" {
+    }
+}
+def Xform "cycle" (references = </cycle>) {
+}
+def Xform "payload" (payload = @none.mtlx@) {
+}
+""")
+    assert imported.paths() == ["/missing/c"]
+    places = {d.primary.place.prim for d in imported.diagnostics}
+    assert places == {"/missing", "/cycle", "/payload"}
+    assert all(d.code == "usd-composition" for d in imported.diagnostics)
+    assert not any("0x" in d.message or "\n" in d.message for d in imported.diagnostics)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_one_prim_keeps_its_place_and_what_it_inherits(load: Callable[..., Any]) -> None:
+    text = """
+def Xform "world" {
+    double3 xformOp:translate = (0, 7, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    color3f[] primvars:displayColor = [(1, 0, 0)]
+    def Xform "chair" {
+        def Cube "seat" {
+        }
+    }
+    def Xform "table" {
+        def Cube "top" {
+        }
+    }
+    def Xform "hidden" {
+        token visibility = "invisible"
+        def Cube "c" {
+        }
+    }
+}
+"""
+    (leaf,) = load(text, prim="/world/chair").leaves
+    assert leaf.path == "/world/chair/seat"
+    assert leaf.world[1, 3] == 7.0
+    assert leaf.material.diffuse == (1.0, 0.0, 0.0)
+    assert load(text, prim="/world/hidden/c").leaves == []
+    (fault,) = load(text, prim="/world/chiar").diagnostics
+    assert (fault.code, fault.help) == ("usd-prim", "did you mean `/world/chair`?")
+    assert load(text, prim="not a path").codes() == ["usd-prim"]
+
+
+def test_a_prim_within_an_instance_can_be_chosen(load: Callable[..., Any]) -> None:
+    (leaf,) = load("""
+class Xform "_x" {
+    def Cube "c" {
+    }
+    def Cube "d" {
+    }
+}
+def Xform "i" (instanceable = true
+    inherits = </_x>
+) {
+    double3 xformOp:translate = (0, 7, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+""", prim="/i/c").leaves  # fmt: skip
+    assert (leaf.path, leaf.world[1, 3]) == ("/i/c", 7.0)
+
+
+def test_the_up_axis_is_said_and_moves_nothing(load: Callable[..., Any]) -> None:
+    imported = load('(\nupAxis = "Z"\nmetersPerUnit = 0.01\n)\ndef Cube "c" {\n}')
+    assert one(imported, Settings)[1].up == "z"
+    assert (imported.leaves[0].world == np.eye(4)).all()
+    assert load('(\nupAxis = "Y"\n)\ndef Cube "c" {\n}').others == []
+
+
+def test_unsupported_prims_are_reported_with_their_paths(load: Callable[..., Any]) -> None:
+    imported = load("""
+def BasisCurves "hair" {
+}
+def Points "dust" {
+}
+def Points "sand" {
+}
+def Volume "cloud" {
+}
+def Teapot "pot" {
+    def Cube "lid" {
+    }
+}
+def RectLight "window" {
+}
+def SkelRoot "body" {
+    def Cube "head" {
+    }
+}
+def BasisCurves "hidden" {
+    token visibility = "invisible"
+}
+""")
+    assert imported.paths() == ["/pot/lid", "/body/head"]
+    said = {
+        d.message: [label.place.prim for label in (d.primary, *d.secondary)]
+        for d in imported.diagnostics
+    }
+    assert said == {
+        "`BasisCurves` prims are not drawn": ["/hair"],
+        "`Points` prims are not drawn (2 prims)": ["/dust", "/sand"],
+        "`Volume` prims are not drawn": ["/cloud"],
+        "prims of the unknown type `Teapot` are not drawn, only those below": ["/pot"],
+        "`RectLight` lights are not handled": ["/window"],
+    }
+
+
+def test_cameras_are_placed_and_named_by_path(load: Callable[..., Any]) -> None:
+    world, camera = one(
+        load("""
+class Xform "_rig" {
+    def Camera "cam" {
+        float horizontalAperture = 36
+        float verticalAperture = 24
+        float focalLength = 50
+        float horizontalApertureOffset = 3.6
+        float2 clippingRange = (0.5, 100)
+        double3 xformOp:translate = (0, 0, 5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+def Xform "rig" (instanceable = true
+    inherits = </_rig>
+) {
+    token visibility = "invisible"
+    double3 xformOp:translate = (1, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""),
+        Camera,
+    )
+    assert camera.name == "/rig/cam"
+    assert world[:3, 3].tolist() == [1.0, 0.0, 5.0]
+    assert (camera.projection, camera.near, camera.far) == ("perspective", 0.5, 100.0)
+    assert camera.height == pytest.approx(24 / 50)
+    assert camera.aspect == pytest.approx(1.5)
+    assert camera.shift == pytest.approx((0.1, 0.0))
+
+
+def test_orthographic_windows_are_in_tenths_of_a_unit(load: Callable[..., Any]) -> None:
+    _, camera = one(
+        load("""
+def Camera "cam" {
+    token projection = "orthographic"
+    float horizontalAperture = 40
+    float verticalAperture = 20
+    float fStop = 2
+}
+"""),
+        Camera,
+    )
+    assert (camera.projection, camera.height, camera.aspect) == ("orthographic", 2.0, 2.0)
+
+
+def test_lights_become_suns_points_and_the_sky(load: Callable[..., Any]) -> None:
+    imported = load("""
+def Xform "turned" {
+    float xformOp:rotateX = -90
+    uniform token[] xformOpOrder = ["xformOp:rotateX"]
+    def DistantLight "sun" {
+        float inputs:intensity = 2
+        float inputs:exposure = 1
+        bool inputs:normalize = 1
+        color3f inputs:color = (1, 0.5, 0.25)
+    }
+}
+def SphereLight "bulb" {
+    float inputs:intensity = 3
+    float inputs:radius = 0.5
+    float3 xformOp:scale = (2, 2, 2)
+    double3 xformOp:translate = (1, 2, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
+}
+def DomeLight "sky" {
+    float inputs:intensity = 0.5
+}
+def DomeLight "off" {
+    token visibility = "invisible"
+}
+""")
+    _, sun = one(imported, Sun)
+    np.testing.assert_allclose(sun.direction, (0, -1, 0), atol=1e-15)
+    assert sun.irradiance == (4.0, 2.0, 1.0)
+    assert sun.angle == pytest.approx(0.53)
+    _, bulb = one(imported, PointLight)
+    assert bulb.position == (1.0, 2.0, 3.0)
+    assert bulb.radius == pytest.approx(1.0)
+    assert bulb.intensity == pytest.approx((3 * math.pi,) * 3)
+    assert one(imported, Sky)[1].radiance == (0.5, 0.5, 0.5)
+    assert imported.diagnostics == []
+
+
+def test_an_unnormalised_sun_shines_by_its_solid_angle(load: Callable[..., Any]) -> None:
+    _, sun = one(load('def DistantLight "s" {\nfloat inputs:intensity = 50000\n}'), Sun)
+    expected = 50000 * 2 * math.pi * (1 - math.cos(math.radians(0.53 / 2)))
+    assert sun.irradiance[0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_empty_stage_is_an_empty_scene(load: Callable[..., Any]) -> None:
+    imported = load("")
+    assert (imported.leaves, imported.others, imported.diagnostics) == ([], [], [])
