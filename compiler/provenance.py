@@ -82,7 +82,8 @@ def object_path(ir: SceneIR, leaf: int) -> str:
             continue
         words = label if segment.index < 0 else f"{label}[{segment.index}]"
         if origin["point"]:
-            points = f"@{words}{points}"
+            # The instancer's own path is relative to the native instances around it.
+            points = f"@{path}{words}{points}"
         else:
             path += words if not path or words.startswith("/") else f"/{words}"
     return path + points

@@ -134,7 +134,7 @@ class Appearance:
         values = self._clock.vectors(primvar.GetAttr(), 3)
         if values is None or not len(values) or not np.isfinite(values).all():
             message = "a displayColor that holds no finite colours is ignored"
-            self._report.warn("usd-primvar", message, prim.GetPath())
+            self._report.add("usd-primvar", message, prim.GetPath())
             return default, None
         indices = self._indices(primvar, len(values), prim)
         if indices is not None:
@@ -149,7 +149,7 @@ class Appearance:
             if len(colors) <= FACE_COLORS:
                 return colors, faces.reshape(-1).astype(np.int64)
         message = f"a displayColor of interpolation `{interpolation}` is drawn as its mean"
-        self._report.warn("usd-primvar", message, prim.GetPath())
+        self._report.add("usd-primvar", message, prim.GetPath())
         return values.mean(axis=0, keepdims=True), None
 
     def _indices(self, primvar: Any, count: int, prim: Any) -> Any:
@@ -159,7 +159,7 @@ class Appearance:
         if indices is not None and len(indices) and ((indices >= 0) & (indices < count)).all():
             return indices
         message = "a displayColor with indices out of range is read without them"
-        self._report.warn("usd-primvar", message, prim.GetPath())
+        self._report.add("usd-primvar", message, prim.GetPath())
         return None
 
     def _opacity(self, primvar: Any, prim: Any) -> float:
@@ -169,11 +169,11 @@ class Appearance:
         values = np.atleast_1d(np.asarray(value)) if value is not None else np.empty(0)
         if values.dtype.kind not in "fiu" or not values.size or not np.isfinite(values).all():
             message = "a displayOpacity that holds no finite numbers is ignored"
-            self._report.warn("usd-primvar", message, prim.GetPath())
+            self._report.add("usd-primvar", message, prim.GetPath())
             return 1.0
         if values.size > 1:
             message = "a displayOpacity of several values is drawn as its mean"
-            self._report.warn("usd-primvar", message, prim.GetPath())
+            self._report.add("usd-primvar", message, prim.GetPath())
         return float(np.clip(values.mean(), 0.0, 1.0))
 
 

@@ -25,12 +25,12 @@ def read_camera(prim: Any, clock: Clock, report: Report, origin: Origin) -> Came
     orthographic = clock.token(prim.GetAttribute("projection")) == "orthographic"
     if min(width, height) <= 0.0 or (focal <= 0.0 and not orthographic):
         message = "a camera whose aperture or focal length is not positive is left out"
-        report.warn("usd-camera", message, path)
+        report.add("usd-camera", message, path)
         return None
     if number("fStop", 0.0) > 0.0:
-        report.warn("usd-camera", "cameras are pinholes: `fStop` is not used", path)
+        report.add("usd-camera", "cameras are pinholes: `fStop` is not used", path)
     if clock.value(prim.GetAttribute("clippingPlanes")):
-        report.warn("usd-camera", "`clippingPlanes` of cameras are not used", path)
+        report.add("usd-camera", "`clippingPlanes` of cameras are not used", path)
     near, far = 1.0, 1e6
     value = clock.value(prim.GetAttribute("clippingRange"))
     if value is not None:

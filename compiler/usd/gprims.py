@@ -62,14 +62,14 @@ class Gprims:
 
     def _empty(self, prim: Any, name: str) -> None:
         message = f"a prim whose `{name}` is zero draws nothing"
-        self._report.warn("usd-shape", message, prim.GetPath())
+        self._report.add("usd-shape", message, prim.GetPath())
 
     def _axis(self, prim: Any, fallback: str = "Z") -> str:
         axis = self._clock.token(prim.GetAttribute("axis")) or fallback
         if axis in _FROM_Y:
             return axis
         message = f"`axis = {axis!r}` is none of X, Y, Z; {fallback} is used"
-        self._report.warn("usd-attribute", message, prim.GetPath())
+        self._report.add("usd-attribute", message, prim.GetPath())
         return fallback
 
     def _cube(self, prim: Any) -> Placed | None:
@@ -114,7 +114,7 @@ class Gprims:
             return self._spike(prim, top, height, flip)
         if top == 0.0:
             return self._spike(prim, bottom, height)
-        self._report.warn(
+        self._report.add(
             "usd-unsupported", "`Cylinder_1` prims with two radii are not drawn", prim.GetPath()
         )
         return None
@@ -149,7 +149,7 @@ class Gprims:
         top, bottom = self._size(prim, "radiusTop", 0.5), self._size(prim, "radiusBottom", 0.5)
         if top == bottom:
             return self._round_tube(prim, top, self._size(prim, "height", 1.0))
-        self._report.warn(
+        self._report.add(
             "usd-unsupported", "`Capsule_1` prims with two radii are not drawn", prim.GetPath()
         )
         return None

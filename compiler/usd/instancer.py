@@ -67,7 +67,7 @@ def point_batches(
         root = traversal.stage.GetPrimAtPath(path)
         if not root:
             message = f"instances of the missing prototype <{path}> are left out"
-            traversal.report.warn("usd-instancer", message, prim.GetPath())
+            traversal.report.add("usd-instancer", message, prim.GetPath())
             continue
         child, shared = traversal.prototype(root, inherited, frame.base)
         frame.shared = frame.shared and shared
@@ -86,7 +86,7 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     prototypes = clock.integers(instancer.GetProtoIndicesAttr())
     positions = clock.vectors(instancer.GetPositionsAttr(), 3)
     if prototypes is None or positions is None:
-        report.warn("usd-instancer", "an instancer without indices or positions is empty", path)
+        report.add("usd-instancer", "an instancer without indices or positions is empty", path)
         return None
     count = len(prototypes)
     usable = np.ones(count, bool)
@@ -102,7 +102,7 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     for name, array in arrays.items():
         if len(array) != count:
             message = f"{len(array)} `{name}` for {count} instances: those without are left out"
-            report.warn("usd-instancer", message, path)
+            report.add("usd-instancer", message, path)
         usable[len(array) :] = False
         arrays[name] = _padded(array, count)
         finite = np.asarray(np.isfinite(arrays[name]).all(axis=1))
@@ -133,7 +133,7 @@ def _leave_out(
     usable &= ~wrong
     if number:
         message = f"{number} instances whose {reason} are left out"
-        report.warn("usd-instancer", message, path)
+        report.add("usd-instancer", message, path)
 
 
 def _masked(instancer: Any, clock: Clock, count: int, report: Report) -> NDArray[np.bool_]:
@@ -141,7 +141,7 @@ def _masked(instancer: Any, clock: Clock, count: int, report: Report) -> NDArray
     ids = clock.integers(instancer.GetIdsAttr())
     if ids is not None and len(ids) != count:
         message = f"{len(ids)} `ids` for {count} instances: positions in the arrays are the ids"
-        report.warn("usd-instancer", message, instancer.GetPath())
+        report.add("usd-instancer", message, instancer.GetPath())
         ids = None
     if ids is None:
         ids = np.arange(count)

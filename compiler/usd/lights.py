@@ -34,11 +34,11 @@ def read_light(
     for name in ("light:filters", "light:link"):
         relationship = prim.GetRelationship(name)
         if relationship and relationship.HasAuthoredTargets():
-            report.warn("usd-light", f"`{name}` of lights is not used", path)
+            report.add("usd-light", f"`{name}` of lights is not used", path)
     if prim.HasAPI(UsdLux.ShapingAPI) and any(
         name.startswith("inputs:shaping:") for name in prim.GetAuthoredPropertyNames()
     ):
-        report.warn("usd-light", "the shaping of lights is not used", path)
+        report.add("usd-light", "the shaping of lights is not used", path)
     if kind == "DistantLight":
         return _sun(prim, emission, world_from_light, clock, origin)
     if kind == "SphereLight":
@@ -47,9 +47,9 @@ def read_light(
         texture = clock.value(prim.GetAttribute("inputs:texture:file"))
         if texture is not None and texture.path:
             message = "a dome light's texture is not used; its colour lights uniformly"
-            report.warn("usd-light", message, path)
+            report.add("usd-light", message, path)
         return Sky(emission, origin)
-    report.warn("usd-light", f"`{kind}` lights are not handled", path)
+    report.add("usd-light", f"`{kind}` lights are not handled", path)
     return None
 
 

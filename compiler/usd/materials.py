@@ -54,7 +54,7 @@ class Materials:
     def _surface(self, material: Any) -> Material:
         shader = material.ComputeSurfaceSource()[0]
         if not shader:
-            self._report.warn(
+            self._report.add(
                 "usd-material",
                 "a material without a surface that can be read is drawn in the default one",
                 material.GetPath(),
@@ -62,7 +62,7 @@ class Materials:
             return DEFAULT_MATERIAL
         identifier = shader.GetShaderId() or "without an identifier"
         if identifier != "UsdPreviewSurface":
-            self._report.warn(
+            self._report.add(
                 "usd-material",
                 f"surface shader `{identifier}` is drawn as the default material",
                 shader.GetPath(),
@@ -76,12 +76,12 @@ class Materials:
                 parameters[parameter] = read
             elif value is not None:
                 message = f"`inputs:{name}` has no finite value of its type"
-                self._report.warn("usd-material", message, shader.GetPath())
+                self._report.add("usd-material", message, shader.GetPath())
         for name in sorted(_IGNORED):
             port = shader.GetInput(name)
             if port and port.HasConnectedSource():
                 message = f"`inputs:{name}` of surfaces is not used"
-                self._report.warn("usd-material", message, shader.GetPath())
+                self._report.add("usd-material", message, shader.GetPath())
         workflow = self._value(shader, "useSpecularWorkflow")
         return Material(specular_workflow=bool(workflow), **parameters)
 
@@ -93,7 +93,7 @@ class Materials:
         for source in port.GetValueProducingAttributes():
             if UsdShade.Input.IsInput(source):
                 return self._clock.value(source)
-            self._report.warn(
+            self._report.add(
                 "usd-material",
                 f"`inputs:{name}` comes from a network, and is replaced by a constant",
                 shader.GetPath(),

@@ -57,27 +57,27 @@ def read_mesh(prim: Any, clock: Clock, report: Report) -> MeshSurface | None:
         value = None if array is not None else clock.value(prim.GetAttribute(name))
         if value is not None and np.size(value):
             message = f"a mesh whose `{name}` have the wrong type draws nothing"
-            report.warn("usd-mesh", message, path)
+            report.add("usd-mesh", message, path)
             return None
     if points is None or counts is None or indices is None or not len(counts):
-        report.warn("usd-mesh", "a mesh without points or faces draws nothing", path)
+        report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
         return None
     found = triangulate(points, counts, indices)
     for reason, number in found.dropped.items():
-        report.warn("usd-mesh", f"{number} faces {reason} are left out", path)
+        report.add("usd-mesh", f"{number} faces {reason} are left out", path)
     triangles, faces = found.triangles, found.faces
     holes = clock.integers(prim.GetAttribute("holeIndices"))
     if holes is not None and len(holes):
         kept = ~np.isin(faces, holes)
         triangles, faces = triangles[kept], faces[kept]
     if not len(triangles):
-        report.warn("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
+        report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
     if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     scheme = clock.token(prim.GetAttribute("subdivisionScheme"))
     if scheme != "none":
-        report.warn("usd-subdivision", f"`{scheme}` meshes are drawn as their cages", path)
+        report.add("usd-subdivision", f"`{scheme}` meshes are drawn as their cages", path)
     return MeshSurface(points, triangles, faces, len(counts))
 
 
@@ -115,7 +115,7 @@ class Meshes:
                 labels = display.faces.copy()
             elif display.faces is not None:
                 message = "a displayColor with a wrong number of values is read as its first"
-                self._report.warn("usd-primvar", message, prim.GetPath())
+                self._report.add("usd-primvar", message, prim.GetPath())
         taken = np.zeros(surface.face_count, bool)
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
             own = self._appearance.binding(subset.GetPrim())

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from dsl.diagnostics import Diagnostic, Label, Severity
+from dsl.codes import CODES
+from dsl.diagnostics import Diagnostic, Label
 from dsl.spans import PrimPlace
 
 LISTED = 100
@@ -13,33 +14,38 @@ LISTED = 100
 
 @dataclass(slots=True)
 class Report:
-    """Collects drops; equal ones become one diagnostic that names every prim."""
+    """Collects faults; equal ones become one diagnostic that names every prim.
+
+    `failed` says that the stage cannot be drawn at all.
+    """
 
     stage: str
-    _drops: dict[tuple[str, Severity, str, str | None], dict[str, None]] = field(
-        default_factory=dict
-    )
+    failed: bool = False
+    _found: dict[tuple[str, str, str | None], dict[str, None]] = field(default_factory=dict)
 
-    def warn(self, code: str, message: str, prim: object, help: str | None = None) -> None:
-        """Say that something at `prim` (a path) is not drawn, or not as it says."""
-        self._drops.setdefault((code, "warning", message, help), {})[str(prim)] = None
+    def add(self, code: str, message: str, prim: object = "/", help: str | None = None) -> None:
+        """Say that something at `prim` (a path) is not drawn, or not as it says.
 
-    def fail(self, code: str, message: str, prim: object = "/", help: str | None = None) -> None:
-        """Say that the stage cannot be drawn at all."""
-        self._drops.setdefault((code, "error", message, help), {})[str(prim)] = None
-
-    @property
-    def failed(self) -> bool:
-        """Whether the stage cannot be drawn."""
-        return any(severity == "error" for _, severity, _, _ in self._drops)
+        The code's severity says whether the rest of the stage can be; KeyError for a code that
+        the catalogue does not list.
+        """
+        self.failed = self.failed or CODES[code].severity == "error"
+        self._found.setdefault((code, message, help), {})[str(prim)] = None
 
     def diagnostics(self) -> list[Diagnostic]:
         """One diagnostic per reason, in the order of first appearance."""
         found = []
-        for (code, severity, message, help), prims in self._drops.items():
+        for (code, message, help), prims in self._found.items():
             places = [Label(PrimPlace(self.stage, prim)) for prim in list(prims)[:LISTED]]
             count = f" ({len(prims)} prims)" if len(prims) > 1 else ""
             found.append(
-                Diagnostic(code, severity, message + count, places[0], tuple(places[1:]), help)
+                Diagnostic(
+                    code,
+                    CODES[code].severity,
+                    message + count,
+                    places[0],
+                    tuple(places[1:]),
+                    help,
+                )
             )
         return found

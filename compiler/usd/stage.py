@@ -28,7 +28,9 @@ _one_at_a_time = threading.Lock()
 """usd-core hands its warnings to the process, not to who asked: one import at a time sees them."""
 
 _PATH = re.compile(r"<(/[^<>]*)>")
-_ADDRESS = re.compile(r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@")
+_ADDRESS = re.compile(
+    r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@"
+)
 
 
 def read_stage(
@@ -49,7 +51,7 @@ def _checked(
     time: float | Literal["earliest"] | None, report: Report
 ) -> float | Literal["earliest"] | None:
     if isinstance(time, (int, float)) and not math.isfinite(time):
-        report.fail("usd-time", f"the time code {time} is not finite")
+        report.add("usd-time", f"the time code {time} is not finite")
         return None
     return time
 
@@ -60,13 +62,13 @@ def _open(path: str, options: StageOptions, report: Report) -> Any | None:
     try:
         stage = Usd.Stage.Open(path, load)
     except Tf.ErrorException as error:
-        report.fail("usd-open", f"the stage cannot be opened: {_sentence(str(error))}")
+        report.add("usd-open", f"the stage cannot be opened: {_sentence(str(error))}")
         return None
     for layer in stage.GetUsedLayers():
         rate = layer.timeCodesPerSecond
         if not math.isfinite(rate) or rate <= 0.0:
             # usd-core never returns from listing the samples of such a layer.
-            report.fail(
+            report.add(
                 "usd-time",
                 f"`timeCodesPerSecond = {rate:g}` of layer `{layer.GetDisplayName()}` "
                 "is not positive",
@@ -99,7 +101,7 @@ def _import(
         items += _placed(stage.GetPrimAtPath(path), traversal, name)
     up = UsdGeom.GetStageUpAxis(stage)
     if up not in ("Y", "Z"):
-        report.warn("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
+        report.add("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
     if up == "Z":
         items.append(Settings(up="z"))
     return items
@@ -116,7 +118,7 @@ def _find(stage: Any, only: str, report: Report) -> Any | None:
     known = [str(prim.GetPath()) for prim in stage.Traverse()]
     close = get_close_matches(only, known[:10_000], 1)
     help = f"did you mean `{close[0]}`?" if close else None
-    report.fail("usd-prim", f"the stage has no prim `{only}`", help=help)
+    report.add("usd-prim", f"the stage has no prim `{only}`", help=help)
     return None
 
 
@@ -147,7 +149,7 @@ def _collected_warnings(report: Report) -> Iterator[None]:
             text = found.commentary
             place = _PATH.search(text)
             prim = place.group(1).split(".")[0] if place else "/"
-            report.warn("usd-composition", f"usd-core: {_sentence(text)}", prim or "/")
+            report.add("usd-composition", f"usd-core: {_sentence(text)}", prim or "/")
         del delegate
 
 

@@ -148,7 +148,7 @@ class Traversal:
             return None, True
         frame, node, hoisted = entry
         for path in frame.placed:
-            self.report.warn(
+            self.report.add(
                 "usd-instancer", "cameras and lights in point instances are left out", path
             )
         return _group([item for item in (node, hoisted) if item is not None]), frame.shared
@@ -199,20 +199,20 @@ class Traversal:
             elif kind in self._gprims:
                 self._draw_gprim(visit, frame, kind)
             elif is_unsupported(prim) and not prim.HasAPI(UsdLux.LightAPI):
-                self.report.warn("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
+                self.report.add("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
         if prim.IsInstance():
             self._draw_instance(visit, frame)
 
     def _is_drawn(self, prim: Any, kind: str, inherited: Inherited) -> bool:
         if kind and not prim.GetPrimTypeInfo().GetSchemaType():
             message = f"prims of the unknown type `{kind}` are not drawn, only those below"
-            self.report.warn("usd-unsupported", message, prim.GetPath())
+            self.report.add("usd-unsupported", message, prim.GetPath())
             return False
         if not inherited.visible or not prim.IsA(UsdGeom.Boundable):
             return False
         if inherited.purpose not in PURPOSES:
             message = f"prims of the unknown purpose `{inherited.purpose}` are not drawn"
-            self.report.warn("usd-attribute", message, prim.GetPath())
+            self.report.add("usd-attribute", message, prim.GetPath())
         return inherited.purpose in self._options.purposes
 
     def _draw_gprim(self, visit: Visit, frame: Frame, kind: str) -> None:
@@ -279,11 +279,11 @@ class Traversal:
         if key in self._frames:
             return self._frames[key]
         if key in self._open:
-            self.report.warn("usd-instancer", "a prototype that contains itself is left out", path)
+            self.report.add("usd-instancer", "a prototype that contains itself is left out", path)
             return None
         if len(self._open) >= NESTING:
             message = f"instances nested more than {NESTING} levels deep are left out"
-            self.report.warn("usd-instancer", message, path)
+            self.report.add("usd-instancer", message, path)
             return None
         self._open.append(key)
         try:

@@ -110,7 +110,7 @@ def _op_steps(op: Any, value: Any, prim: Any, report: Report) -> tuple[Step, ...
         numbers = np.array([np.nan])
     if not np.isfinite(numbers).all():
         message = f"`{op.GetOpName()}` has no finite value of its type and is left out"
-        report.warn("usd-transform", message, prim.GetPath())
+        report.add("usd-transform", message, prim.GetPath())
         return ()
     if kind in _ROTATE:
         axes = _ROTATE[kind]
@@ -125,7 +125,7 @@ def _op_steps(op: Any, value: Any, prim: Any, report: Report) -> tuple[Step, ...
     rows = numbers.reshape(4, 4)
     if not np.array_equal(rows[:, 3], (0.0, 0.0, 0.0, 1.0)):
         message = f"`{op.GetOpName()}` is projective; only its affine part is used"
-        report.warn("usd-transform", message, prim.GetPath())
+        report.add("usd-transform", message, prim.GetPath())
     return (Step(StepKind.MATRIX, np.ascontiguousarray(rows[:, :3].T).ravel()),)
 
 
