@@ -90,14 +90,16 @@ def object_path(ir: SceneIR, leaf: int) -> str:
 
 
 def source_place(ir: SceneIR, leaf: int, sources: Mapping[str, str]) -> Place | None:
-    """The place that made a leaf's own object: the innermost that is known.
+    """The place that made a leaf: where the innermost part of its path with a name was emitted.
 
+    A shape that was named first is made where the name is used, not where it is defined.
     `sources` maps the names of source files to their texts (`SceneGraph.sources`).
     """
     segments = list(_segments(ir, leaf))
     if not segments:
         return None
-    origin = ir.origins[segments[-1].origin]
+    named = [s for s in segments if ir.text(int(ir.origins[s.origin]["label"]))]
+    origin = ir.origins[(named or segments)[-1].origin]
     name = ir.text(int(origin["file"]))
     if origin["prim"] >= 0:
         return PrimPlace(name, ir.text(int(origin["prim"])))

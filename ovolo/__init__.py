@@ -16,10 +16,9 @@ from ovolo.shadowing import require_own_packages
 require_own_packages()
 
 if TYPE_CHECKING:
-    from runtime.film import Film
-
     from dsl.diagnostics import CompileError, Diagnostic
     from ovolo.scene import Scene, compile, compile_file
+    from runtime.film import Film
     from runtime.tracer import Hits, Tracer
 
 __version__ = "0.1.0"

@@ -20,6 +20,7 @@ DEFAULT_PRECISION: Precision = "float32"
 
 MAX_SIDE = 1 << 16
 MAX_PIXELS = 1 << 26
+MAX_CAMERA_RAYS = 1 << 40
 MAX_SAMPLES = 1 << 16
 MAX_THREADS = 1 << 10
 
@@ -39,6 +40,8 @@ def render(
     seed: int = 0,
     progress: Callable[[float, int], object] | None = None,
     isa: str | None = None,
+    max_pixels: int = MAX_PIXELS,
+    max_camera_rays: int = MAX_CAMERA_RAYS,
 ) -> Film:
     """A picture of the scene.
 
@@ -60,7 +63,8 @@ def render(
 
     `progress(done, rays)` is called some 20 times a second with the fraction done and the rays
     traced; what it raises, or KeyboardInterrupt, ends the render at once.
-    Raises ValueError for settings out of range, naming the limit.
+    Raises ValueError for settings out of range, naming the limit; so for more than `max_pixels`,
+    or pixels × samples than `max_camera_rays`, wherever they come from.
     """
     settings = ir.settings[0]
     record = choose_camera(ir, camera)
@@ -68,6 +72,12 @@ def render(
     width, height = _size(width, height, (int(settings["width"]), int(settings["height"])), aspect)
     samples = samples if samples is not None else int(settings["samples"]) or DEFAULT_SAMPLES
     _check("samples", samples, 1, MAX_SAMPLES)
+    _at_most(f"{width} × {height} pixels", width * height, max_pixels)
+    _at_most(
+        f"{width} × {height} pixels × {samples} samples",
+        width * height * samples,
+        max_camera_rays,
+    )
     _check("threads", threads, 0, MAX_THREADS)
     _check("seed", seed, 0, (1 << 64) - 1)
     said = int(settings["integrator"])
@@ -126,14 +136,17 @@ def _size(
     assert width is not None
     _check("width", width, 1, MAX_SIDE)
     _check("height", height, 1, MAX_SIDE)
-    if width * height > MAX_PIXELS:
-        raise ValueError(f"{width} × {height} pixels are more than the limit of {MAX_PIXELS:,}")
     return width, height
 
 
 def _check(name: str, value: int, lower: int, upper: int) -> None:
     if not lower <= value <= upper:
         raise ValueError(f"{name} is {value}, which is not in {lower} … {upper}")
+
+
+def _at_most(words: str, amount: int, limit: int) -> None:
+    if amount > limit:
+        raise ValueError(f"{words} are more than the limit of {limit:,}")
 
 
 def _choice(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, Protocol
 
 import numpy as np
@@ -31,7 +33,6 @@ class Backend(Protocol):
         directions: FloatArray,
         t_min: FloatArray,
         t_max: FloatArray,
-        threads: int = 0,
     ) -> Answer:
         """Closest hits, as `runtime._kernel.Kernel.trace`."""
 
@@ -41,7 +42,6 @@ class Backend(Protocol):
         directions: FloatArray,
         t_min: FloatArray,
         t_max: FloatArray,
-        threads: int = 0,
     ) -> NDArray[np.bool_]:
         """Whether anything is hit, as `runtime._kernel.Kernel.occluded`."""
 
@@ -103,15 +103,15 @@ class Tracer:
 
         if precision not in ("float32", "float64"):
             raise ValueError(f'precision is "float32" or "float64", not {precision!r}')
-        self.threads = threads
-        self._backend: Backend = Kernel(ir, precision, isa)
+        kernel = Kernel(ir, precision, isa)
+        self._trace: Callable[..., Answer] = partial(kernel.trace, threads=threads)
+        self._occluded: Callable[..., NDArray[np.bool_]] = partial(kernel.occluded, threads=threads)
 
     @classmethod
     def over(cls, backend: Backend) -> Tracer:
         """Another backend, such as `runtime.reference.ReferenceTracer`, behind the same face."""
         tracer = cls.__new__(cls)
-        tracer.threads = 0
-        tracer._backend = backend
+        tracer._trace, tracer._occluded = backend.trace, backend.occluded
         return tracer
 
     def trace(
@@ -127,7 +127,7 @@ class Tracer:
         are scalars or (n,). Directions are not normalised. A ray that is not finite, or whose
         direction is zero, misses. Raises ValueError for other shapes or for non-numbers.
         """
-        return Hits(*self._backend.trace(*_rays(origins, directions, t_min, t_max), self.threads))
+        return Hits(*self._trace(*_rays(origins, directions, t_min, t_max)))
 
     def occluded(
         self,
@@ -137,7 +137,7 @@ class Tracer:
         t_max: ArrayLike = np.inf,
     ) -> NDArray[np.bool_]:
         """Whether anything is hit with t_min < t < t_max, (n,); rays as for `trace`."""
-        return self._backend.occluded(*_rays(origins, directions, t_min, t_max), self.threads)
+        return self._occluded(*_rays(origins, directions, t_min, t_max))
 
 
 def _rays(

@@ -25,7 +25,6 @@ class Recorder:
         directions: FloatArray,
         t_min: FloatArray,
         t_max: FloatArray,
-        threads: int = 0,
     ) -> Any:
         self.rays = (origins, directions, t_min, t_max)
         n = len(origins)
@@ -39,7 +38,6 @@ class Recorder:
         directions: FloatArray,
         t_min: FloatArray,
         t_max: FloatArray,
-        threads: int = 0,
     ) -> NDArray[np.bool_]:
         self.rays = (origins, directions, t_min, t_max)
         return np.zeros(len(origins), np.bool_)

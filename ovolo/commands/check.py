@@ -1,0 +1,29 @@
+"""`ovolo check`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from dsl.diagnostics import CompileError, Diagnostic
+from ovolo.exits import Exit
+from ovolo.terminal import report
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("scenes", nargs="+", type=Path, metavar="SCENE", help=".ovo or USD file")
+    parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
+
+
+def run(arguments: argparse.Namespace) -> Exit:
+    """Report every fault of every scene; faults of the scene weigh more than missing files."""
+    from compiler.compilation import compile_path
+
+    diagnostics: list[Diagnostic] = []
+    for path in arguments.scenes:
+        try:
+            diagnostics += compile_path(path).warnings
+        except CompileError as error:
+            diagnostics += error.diagnostics
+    return report(diagnostics, arguments.json)

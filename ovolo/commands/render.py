@@ -1,0 +1,101 @@
+"""`ovolo render`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from time import perf_counter
+
+from compiler.ir import INTEGRATORS, PRECISIONS
+from ovolo.commands.stage_time import add_time
+from ovolo.exits import Exit, StopError
+from ovolo.terminal import print_diagnostics, print_json
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help=".ovo or USD file")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        action="append",
+        metavar="PATH",
+        help="picture to write: .png, .jpg or .exr (with depth, normals and instance numbers); "
+        "may be given several times; default: the scene's name with .png, here",
+    )
+    parser.add_argument("--width", type=int, metavar="PIXELS")
+    parser.add_argument("--height", type=int, metavar="PIXELS")
+    parser.add_argument("--samples", type=int, metavar="N", help="camera rays per pixel")
+    parser.add_argument("--camera", metavar="NAME", help="name or number of a camera of the scene")
+    parser.add_argument("--integrator", choices=INTEGRATORS, help="what a pixel shows")
+    parser.add_argument("--precision", choices=PRECISIONS, help="scalar of the intersectors")
+    add_time(parser)
+    parser.add_argument("--seed", type=int, default=0, help="of the sampling; default 0")
+    parser.add_argument("--threads", type=int, default=0, metavar="N", help="default: all cores")
+    parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    parser.add_argument("--json", action="store_true", help="print the statistics as JSON")
+
+
+def run(arguments: argparse.Namespace) -> Exit:
+    """Render once, write every picture asked for, and say what it took."""
+    import ovolo
+    from ovolo.progress import progress_bar
+    from runtime.film import ImageError, check_path
+
+    outputs: list[Path] = arguments.output or [Path(arguments.scene.with_suffix(".png").name)]
+    try:
+        for output in outputs:
+            check_path(output)
+    except ImageError as error:
+        raise StopError(Exit.FILES, str(error)) from None
+
+    start = perf_counter()
+    scene = ovolo.compile_file(arguments.scene, arguments.time)
+    compiled = perf_counter()
+    if not arguments.quiet:
+        print_diagnostics(scene.warnings)
+    with progress_bar(not arguments.quiet) as progress:
+        try:
+            film = scene.render(
+                width=arguments.width,
+                height=arguments.height,
+                samples=arguments.samples,
+                camera=arguments.camera,
+                integrator=arguments.integrator,
+                precision=arguments.precision,
+                seed=arguments.seed,
+                threads=arguments.threads,
+                progress=progress,
+            )
+        except ValueError as error:
+            raise StopError(Exit.USAGE, str(error)) from None
+    try:
+        for output in outputs:
+            film.save(output)
+    except ImageError as error:
+        raise StopError(Exit.FILES, str(error)) from None
+    seconds = perf_counter() - start
+    if arguments.json:
+        print_json(
+            {
+                "outputs": [str(output) for output in outputs],
+                "width": film.width,
+                "height": film.height,
+                "samples": film.samples,
+                "integrator": film.integrator,
+                "rays": film.rays,
+                "compile_seconds": compiled - start,
+                "build_seconds": film.build_seconds,
+                "render_seconds": film.seconds,
+                "seconds": seconds,
+                "warnings": len(scene.warnings),
+            }
+        )
+    elif not arguments.quiet:
+        print(
+            f"{', '.join(map(str, outputs))}: {film.width} × {film.height} pixels, "
+            f"{film.samples} samples, {film.rays / 1e6:.3g} Mrays in {film.seconds:.2f} s "
+            f"({film.rays / 1e6 / film.seconds:.3g} Mrays/s), {seconds:.2f} s in all"
+        )
+    return Exit.OK

@@ -1,0 +1,38 @@
+"""`ovolo serve`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ovolo.exits import Exit, StopError
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("--host", default="127.0.0.1", help="loopback address; default 127.0.0.1")
+    parser.add_argument("--port", type=int, default=8000, help="default 8000; 0 takes a free one")
+    parser.add_argument(
+        "--assets", type=Path, metavar="FOLDER", help="where scenes may read files; default: none"
+    )
+
+
+def run(arguments: argparse.Namespace) -> Exit:
+    """Serve until interrupted."""
+    from server.serve import serve
+    from server.settings import Settings
+
+    if arguments.assets is not None and not arguments.assets.is_dir():
+        raise StopError(Exit.FILES, f"`{arguments.assets}` is not a folder")
+    try:
+        serve(Settings(asset_root=arguments.assets), arguments.host, arguments.port, _ready)
+    except (ValueError, OverflowError) as error:
+        raise StopError(Exit.USAGE, str(error)) from None
+    except OSError as error:
+        place = f"{arguments.host}:{arguments.port}"
+        raise StopError(Exit.USAGE, f"cannot listen on {place}: {error.strerror}") from None
+    return Exit.OK
+
+
+def _ready(address: str) -> None:
+    print(f"serving on {address} (Ctrl-C ends it)", flush=True)

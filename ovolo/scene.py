@@ -1,0 +1,133 @@
+"""Scenes: compiled once, then traced and rendered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from compiler.compilation import Compilation, Time, compile_path, compile_text
+from compiler.ir import SceneIR
+from dsl.diagnostics import Diagnostic
+from dsl.files import Files
+from dsl.scene import Integrator, Precision
+from dsl.spans import Place
+
+if TYPE_CHECKING:
+    from runtime.film import Film
+    from runtime.tracer import Tracer
+
+
+class Scene:
+    """A scene without faults, made by `compile` or `compile_file`."""
+
+    def __init__(self, compilation: Compilation) -> None:
+        self._compilation = compilation
+
+    @property
+    def ir(self) -> SceneIR:
+        """The flat arrays that the runtime reads."""
+        return self._compilation.ir
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is worth a word, though it is no fault; for stages, also what was dropped."""
+        return self._compilation.warnings
+
+    def tracer(
+        self,
+        precision: Literal["float32", "float64", "reference"] = "float64",
+        isa: str | None = None,
+        threads: int = 0,
+    ) -> Tracer:
+        """The scene prepared for tracing batches of rays.
+
+        `precision` "reference" is the interpreter that walks the nested scene: slow, and the
+        judge of the other two. `isa` and `threads`: see `runtime.tracer.Tracer`.
+        """
+        from runtime.tracer import Tracer
+
+        if precision == "reference":
+            from runtime.reference import ReferenceTracer
+
+            return Tracer.over(ReferenceTracer(self._compilation.graph, self._compilation.load))
+        return Tracer(self.ir, precision, isa, threads)
+
+    def object_path(self, instance: int) -> str:
+        """What made an instance: `dome[3]/course/block[7]`, or the prim path in a stage.
+
+        Raises IndexError where the scene has no such instance (a miss has -1).
+        """
+        from compiler.provenance import object_path
+
+        return object_path(self.ir, instance)
+
+    def source_span(self, instance: int) -> Place | None:
+        """Which words, or which prim, made an instance; None if nobody said.
+
+        Raises IndexError, as `object_path`.
+        """
+        from compiler.provenance import source_place
+
+        return source_place(self.ir, instance, self._compilation.graph.sources)
+
+    def render(
+        self,
+        *,
+        width: int | None = None,
+        height: int | None = None,
+        samples: int | None = None,
+        camera: str | int | None = None,
+        integrator: Integrator | None = None,
+        precision: Precision | None = None,
+        seed: int = 0,
+        threads: int = 0,
+        progress: Callable[[float, int], object] | None = None,
+    ) -> Film:
+        """A picture; None takes the scene's own setting, or else the default.
+
+        `camera` is a name or a number. `progress(done, rays)` is called now and then; what it
+        raises ends the render. Raises ValueError for settings out of range.
+        """
+        from runtime.render import render
+
+        return render(
+            self.ir,
+            width=width,
+            height=height,
+            samples=samples,
+            camera=camera,
+            integrator=integrator,
+            precision=precision,
+            seed=seed,
+            threads=threads,
+            progress=progress,
+        )
+
+    def __repr__(self) -> str:
+        ir = self.ir
+        return (
+            f"Scene({self._compilation.graph.name!r}, {len(ir.instance_target)} instances of "
+            f"{len(ir.prototype_kind)} prototypes)"
+        )
+
+
+def compile_file(path: str | PathLike[str], time: Time = None) -> Scene:
+    """Compile a scene program (.ovo) or a USD stage (.usd, .usda, .usdc, .usdz).
+
+    `time` is a time code of the stage, "earliest", or None for default values. Raises
+    CompileError, whose `diagnostics` tell what is wrong and where, also for files that cannot
+    be read.
+    """
+    return Scene(compile_path(Path(path), time))
+
+
+def compile(text: str, name: str = "scene.ovo", root: str | PathLike[str] | None = None) -> Scene:
+    """Compile the text of a scene program.
+
+    `name` stands for the text in diagnostics. With a `root`, the files that the program names
+    must lie in that folder; without, they are found relative to `name`. Raises CompileError.
+    """
+    files = Files(None if root is None else Path(root))
+    return Scene(compile_text(text, name, files))

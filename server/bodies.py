@@ -1,0 +1,79 @@
+"""Request bodies: read within the limit, then made into models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from fastapi import Request
+from pydantic import BaseModel, ValidationError
+
+from server.problems import Problem
+from server.settings import Settings
+
+JSON, TEXT, NPZ = "application/json", "text/plain", "application/x-npz"
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A request's body: its media type without parameters, its bytes, and the query beside it."""
+
+    media_type: str
+    content: bytes
+    query: dict[str, str]
+
+    def parse(self, model: type[Model], text: bool = True) -> Model:
+        """The model in the body: JSON or, with `text`, the scene program itself as plain text.
+
+        Beside plain text, the model's other fields are the query's parameters. Raises the
+        problem 415 for other media types, 422 for a body that does not fit the model.
+        """
+        if self.media_type == JSON:
+            return validate(model, self.content)
+        if self.media_type == TEXT and text:
+            try:
+                source = self.content.decode("utf-8-sig")
+            except UnicodeDecodeError as error:
+                raise Problem(422, "invalid-body", f"the program is not UTF-8: {error}") from None
+            return validate(model, {**self.query, "source": source})
+        raise Problem(
+            415,
+            "unsupported-media-type",
+            f"the body is {self.media_type or 'of no stated type'}: add the header "
+            f"`Content-Type: {TEXT if text else JSON}`, or what else /openapi.json names",
+        )
+
+
+async def read_body(request: Request) -> Body:
+    """The body of a request, or the problem 413 as soon as it is too long."""
+    settings: Settings = request.app.state.settings
+    limit = settings.max_body_bytes
+    too_large = Problem(413, "body-too-large", f"a body may have {limit} bytes (max_body_bytes)")
+    declared = request.headers.get("content-length", "")
+    if declared.isdecimal() and int(declared) > limit:
+        raise too_large
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > limit:
+            raise too_large
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    return Body(media_type, bytes(content), dict(request.query_params))
+
+
+def validate(model: type[Model], value: bytes | dict[str, object] | dict[str, str]) -> Model:
+    """The model of a JSON text or of named values, or the problem 422 that names each fault."""
+    try:
+        if isinstance(value, bytes):
+            return model.model_validate_json(value)
+        return model.model_validate(value)
+    except ValidationError as error:
+        faults = [
+            {"field": ".".join(map(str, fault["loc"])), "message": fault["msg"]}
+            for fault in error.errors(include_url=False, include_context=False)
+        ]
+        first = faults[0]
+        detail = ": ".join(text for text in (first["field"], first["message"]) if text)
+        raise Problem(422, "invalid-body", detail, {"faults": faults}) from None

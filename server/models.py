@@ -1,0 +1,130 @@
+"""What requests say and what answers hold, as OpenAPI describes them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Vector = tuple[float, float, float]
+
+
+class Program(BaseModel):
+    """A scene program."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    source: str = Field(description="The text of the program.")
+    name: str = Field(
+        "scene.ovo",
+        min_length=1,
+        max_length=1000,
+        description="What diagnostics call it; files are found relative to it.",
+    )
+
+
+class RenderRequest(Program):
+    """A scene and the picture wanted of it; what is not said comes from the scene's settings."""
+
+    width: int | None = Field(None, ge=1, description="Pixels.")
+    height: int | None = Field(None, ge=1, description="Pixels.")
+    samples: int | None = Field(None, ge=1, description="Camera rays per pixel.")
+    camera: int | str | None = Field(None, description="Number or name of a camera of the scene.")
+    integrator: Literal["direct", "ambient_occlusion", "normals", "ids"] | None = None
+    precision: Literal["float32", "float64"] | None = None
+    seed: int = Field(0, ge=0, lt=2**63)
+    max_seconds: float | None = Field(
+        None, gt=0, description="Longest wait; the service has its own limit too."
+    )
+
+
+class RaysProgram(Program):
+    """A scene to trace rays against."""
+
+    precision: Literal["float32", "float64"] = "float64"
+
+
+class RaysRequest(RaysProgram):
+    """A scene and a batch of rays. Directions are not normalised: t is in their units."""
+
+    origins: Vector | list[Vector] = Field(description="World space; one for all rays, or each.")
+    directions: Vector | list[Vector] = Field(description="World space; one for all, or each.")
+    t_min: float | list[float] = Field(0.0, description="One for all rays, or each.")
+    t_max: float | list[float] | None = Field(None, description="The same; null: no end.")
+
+
+class RaysAnswer(BaseModel):
+    """The closest hits, entry i for ray i; null, and -1 for numbers, where nothing was hit."""
+
+    t: list[float | None]
+    position: list[Vector | None] = Field(description="World space.")
+    normal: list[Vector | None] = Field(description="World space, unit, geometric, outward.")
+    instance: list[int] = Field(description="In order of emission.")
+    prototype: list[int]
+    material: list[int]
+
+
+class SpanPlace(BaseModel):
+    """A range of a source text."""
+
+    file: str
+    start: int = Field(description="UTF-8 bytes before it.")
+    end: int
+    line: int = Field(description="From 1.")
+    column: int = Field(description="From 1, in characters.")
+    end_line: int
+    end_column: int
+    text: str = Field(description="A few words about the place.")
+
+
+class PrimPlace(BaseModel):
+    """A prim of a USD stage."""
+
+    stage: str
+    prim: str
+    text: str = Field(description="A few words about the place.")
+
+
+class Diagnostic(BaseModel):
+    """One fault or warning."""
+
+    version: int = Field(description="Of this form.")
+    code: str = Field(description="`phase-what`, for programs.")
+    severity: Literal["error", "warning"]
+    message: str
+    primary: SpanPlace | PrimPlace | None
+    secondary: list[SpanPlace | PrimPlace]
+    help: str | None = Field(description="How to mend it.")
+
+
+class CheckAnswer(BaseModel):
+    """What is wrong with a scene."""
+
+    ok: bool = Field(description="Whether the scene has no errors.")
+    diagnostics: list[Diagnostic]
+
+
+class CompileAnswer(BaseModel):
+    """What a scene consists of."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+class Health(BaseModel):
+    """That the service is there."""
+
+    status: Literal["ok"] = "ok"
+    version: str
+
+
+class Problem(BaseModel):
+    """An error (RFC 9457)."""
+
+    type: str = Field(description="`urn:ovolo:problem:…`")
+    title: str
+    status: int
+    detail: str = Field(description="What is wrong and how to mend it.")
+    diagnostics: list[Diagnostic] | None = Field(
+        None, description="Of a faulty scene: every fault, with its place."
+    )
+    rendered: str | None = Field(None, description="Of a faulty scene: the same, as text.")

@@ -1,0 +1,103 @@
+"""Where scenes are worked on: threads beside the event loop, few at a time, none for too long."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+from time import monotonic
+from typing import Any, TypeVar
+
+from fastapi import Request
+
+from server.problems import Problem
+from server.settings import Settings
+
+Result = TypeVar("Result")
+
+
+class AbandonedError(Exception):
+    """Raised inside the work when nobody wants it any more."""
+
+
+class Ticket:
+    """What a piece of work has to go by: call it now and then, it raises once work must end."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._deadline = monotonic() + seconds
+        self._cancelled = Event()
+
+    def shorten(self, seconds: float | None) -> None:
+        """Allow no more than `seconds` from now on, if that is said and less."""
+        if seconds is not None and seconds < self.seconds:
+            self.seconds = seconds
+            self._deadline = min(self._deadline, monotonic() + seconds)
+
+    def cancel(self) -> None:
+        """End the work at its next call."""
+        self._cancelled.set()
+
+    def __call__(self, *_: object) -> None:
+        """Raise if the work must end; the arguments of a progress callback are welcome."""
+        if self._cancelled.is_set():
+            raise AbandonedError
+        if monotonic() > self._deadline:
+            raise Problem(
+                503,
+                "too-slow",
+                f"the answer is not ready after {self.seconds:g} s: ask for fewer pixels or "
+                "samples, or for more time (max_seconds)",
+            )
+
+
+class Workshop:
+    """Runs work in threads: at most `settings.running` at once and `settings.waiting` queued."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._pool = ThreadPoolExecutor(settings.running, thread_name_prefix="ovolo")
+        self._inside = 0
+
+    async def run(self, request: Request, work: Callable[[Ticket], Result]) -> Result:
+        """Run `work(ticket)` and give its result; the problem 503 for want of room or of time.
+
+        The work is cancelled when the client goes away.
+        """
+        settings = self._settings
+        if self._inside >= settings.running + settings.waiting:
+            raise Problem(
+                503, "busy", "too many requests are waiting", headers={"Retry-After": "1"}
+            )
+        ticket = Ticket(settings.max_seconds)
+        self._inside += 1
+        task: asyncio.Future[Any] = asyncio.get_running_loop().run_in_executor(self._pool, _begin, work, ticket)
+        gone: asyncio.Future[Any] = asyncio.ensure_future(_disconnected(request))
+        try:
+            await asyncio.wait({task, gone}, return_when=asyncio.FIRST_COMPLETED)
+            if not task.done():
+                ticket.cancel()
+            result: Result = await task
+            return result
+        except AbandonedError:
+            raise Problem(503, "gone", "the client went away") from None
+        finally:
+            gone.cancel()
+            ticket.cancel()
+            self._inside -= 1
+
+    def close(self) -> None:
+        """Refuse further work and drop what waits."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _begin(work: Callable[[Ticket], Result], ticket: Ticket) -> Result:
+    ticket()
+    return work(ticket)
+
+
+async def _disconnected(request: Request) -> None:
+    """Return once the client has gone; its body has been read."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
