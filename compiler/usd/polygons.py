@@ -7,6 +7,7 @@ quadrilaterals as fans from their reflex corner, all other concave ones by earcu
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,9 @@ from dsl.scene import FloatArray, IntArray
 
 FLAT = 1e-9
 """A corner that turns inwards by less, relative to twice the face's area, counts as straight."""
+
+BLOCK = 1 << 15
+"""Corners worked on at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,9 +53,8 @@ def triangulate(points: FloatArray, counts: IntArray, indices: IntArray) -> Tria
     finite = np.asarray(np.isfinite(points).all(axis=1))
     triangles: list[IntArray] = [np.empty((0, 3), np.int64)]
     faces: list[IntArray] = [np.empty(0, np.int64)]
-    for size in np.unique(sizes[drawn]):
-        found = np.flatnonzero(drawn & (sizes == size))
-        corners = indices[starts[found, None] + np.arange(size)]
+    for found in _blocks(np.flatnonzero(drawn), sizes):
+        corners = indices[starts[found, None] + np.arange(sizes[found[0]])]
         inside = ((corners >= 0) & (corners < len(points))).all(axis=1)
         usable = inside.copy()
         usable[inside] = finite[corners[inside]].all(axis=1)
@@ -64,6 +67,16 @@ def triangulate(points: FloatArray, counts: IntArray, indices: IntArray) -> Tria
     face = np.concatenate(faces)
     order = np.argsort(face, kind="stable")
     return Triangulation(np.concatenate(triangles)[order], face[order], +dropped)
+
+
+def _blocks(faces: IntArray, sizes: IntArray) -> Iterator[IntArray]:
+    """The faces in blocks of one size each, small enough to stay in a cache."""
+    faces = faces[np.argsort(sizes[faces], kind="stable")]
+    _, firsts = np.unique(sizes[faces], return_index=True)
+    for first, end in zip(firsts, [*firsts[1:], len(faces)], strict=True):
+        block = max(1, BLOCK // int(sizes[faces[first]]))
+        for start in range(first, end, block):
+            yield faces[start : min(start + block, end)]
 
 
 def _same_size(points: FloatArray, corners: IntArray) -> tuple[IntArray, IntArray]:
