@@ -90,13 +90,27 @@ class Appearance:
         self._bindings: dict[Sdf.Path, Binding | None] = {}
 
     def resolve(self, prims: Iterable[Any]) -> None:
-        """Resolve the bindings of many prims at once, which is how usd-core can cache."""
+        """Resolve the bindings of many prims at once, which is how usd-core can cache.
+
+        Of bindings for several purposes, full comes before preview, and preview before all.
+        """
         unknown = [prim for prim in prims if prim.GetPath() not in self._bindings]
         if not unknown:
             return
-        materials, sources = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(unknown)
-        for prim, material, source in zip(unknown, materials, sources, strict=True):
-            self._bindings[prim.GetPath()] = self._binding(material, source)
+        for purpose in (UsdShade.Tokens.full, UsdShade.Tokens.preview):
+            found = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(unknown, purpose)
+            for prim, material, source in zip(unknown, *found, strict=True):
+                path = prim.GetPath()
+                # Each answer falls back to bindings for all purposes; preview comes before those.
+                if path not in self._bindings or (source and _purpose(source) == purpose):
+                    self._bindings[path] = self._binding(material, source)
+            unknown = [
+                p
+                for p, _, source in zip(unknown, *found, strict=True)
+                if not source or _purpose(source) != purpose
+            ]
+            if not unknown:
+                return
 
     def _binding(self, material: Any, source: Any) -> Binding | None:
         if not material:
@@ -175,6 +189,14 @@ class Appearance:
             message = "a displayOpacity of several values is drawn as its mean"
             self._report.add("usd-primvar", message, prim.GetPath())
         return float(np.clip(values.mean(), 0.0, 1.0))
+
+
+def _purpose(source: Any) -> str:
+    """The purpose in the name of a binding, empty for all purposes."""
+    parts = source.GetName().split(":")
+    if parts[2:3] == ["collection"]:
+        return parts[3] if len(parts) == 5 else ""
+    return parts[2] if len(parts) == 3 else ""
 
 
 def has_collection_bindings(prim: Any) -> bool:

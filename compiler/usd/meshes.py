@@ -73,6 +73,8 @@ def read_mesh(prim: Any, clock: Clock, report: Report) -> MeshSurface | None:
     if not len(triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
+    if prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue():
+        report.add("usd-mesh", "skinned meshes are drawn in their rest pose", path)
     if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     scheme = clock.token(prim.GetAttribute("subdivisionScheme"))

@@ -30,6 +30,7 @@ DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
 
+STAND_INS = frozenset({"bounds", "cards", "origin"})
 PURPOSES = frozenset({"default", "render", "proxy", "guide"})
 
 
@@ -191,6 +192,9 @@ class Traversal:
             if inherited.visible:
                 visit.own += point_batches(self, prim, inherited, frame)
             return
+        if self.clock.token(prim.GetAttribute("model:drawMode")) in STAND_INS:
+            message = "a draw mode is not used: the model itself is drawn"
+            self.report.add("usd-attribute", message, prim.GetPath())
         if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
             frame.placed.append(frame.base.label(prim.GetPath()))
         if self._is_drawn(prim, kind, inherited):

@@ -138,4 +138,4 @@ def _matrix(step: Step, row: int) -> Matrix:
         cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         angle = np.radians(values[3])
         matrix[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return np.linalg.inv(matrix) if step.inverse else matrix
+    return np.asarray(np.linalg.inv(matrix) if step.inverse else matrix)

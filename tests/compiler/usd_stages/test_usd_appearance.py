@@ -247,3 +247,16 @@ def Material "empty" {{
 """)
     assert diffuse(imported) == {"/a": RED, "/b": GREY}
     assert imported.said("without a surface").primary.place.prim == "/empty"
+
+
+@pytest.mark.parametrize(
+    ("purposes", "color"),
+    [({"": "red", ":preview": "green"}, GREEN), ({":full": "red", ":preview": "green"}, RED),
+     ({"": "red", ":full": "green"}, GREEN), ({":preview": "green"}, GREEN)],
+)  # fmt: skip
+def test_full_comes_before_preview_and_preview_before_all(
+    load: Callable[..., Any], purposes: dict[str, str], color: tuple[float, ...]
+) -> None:
+    rels = "\n".join(f"rel material:binding{p} = </{name}>" for p, name in purposes.items())
+    imported = load(f'def Cube "c" ({BINDABLE}) {{\n{rels}\n}}\n{MATERIALS}')
+    assert diffuse(imported) == {"/c": color}

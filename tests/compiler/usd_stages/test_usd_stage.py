@@ -261,6 +261,69 @@ def BasisCurves "hidden" {
     }
 
 
+def test_attributes_that_are_not_honoured_are_reported(load: Callable[..., Any]) -> None:
+    imported = load("""
+def Xform "model" (prepend apiSchemas = ["GeomModelAPI"]) {
+    uniform token model:drawMode = "cards"
+    def Cube "c" {
+    }
+}
+def Mesh "skin" {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    uniform token subdivisionScheme = "none"
+    int[] primvars:skel:jointIndices = [0, 0, 0] (interpolation = "vertex")
+}
+def PointInstancer "p" {
+    rel prototypes = </model/c>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 0, 0)]
+    vector3f[] velocities = [(1, 0, 0)]
+}
+def DomeLight "dome" {
+    asset inputs:texture:file = @sky.exr@
+}
+def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
+    float inputs:shaping:cone:angle = 30
+}
+def Camera "cam" {
+    float fStop = 2.8
+}
+""")
+    said = {d.primary.place.prim: d.code for d in imported.diagnostics if d.primary}
+    assert said == {
+        "/model": "usd-attribute", "/skin": "usd-mesh", "/p": "usd-instancer",
+        "/dome": "usd-light", "/spot": "usd-light", "/cam": "usd-camera",
+    }  # fmt: skip
+    assert imported.paths() == ["/model/c", "/skin", "/model/c@/p[0]"]
+
+
+def test_instance_roots_may_be_primitives_and_instancers(load: Callable[..., Any]) -> None:
+    imported = load("""
+class Cube "_c" {
+    def Sphere "x" {
+    }
+}
+class PointInstancer "_p" {
+    rel prototypes = </_p/a>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+    def Cube "a" {
+    }
+}
+def Cube "i" (instanceable = true
+    inherits = </_c>
+) {
+}
+def PointInstancer "p" (instanceable = true
+    inherits = </_p>
+) {
+}
+""")
+    assert imported.paths() == ["/i", "/i/x", "/p/a@/p[0]", "/p/a@/p[1]"]
+
+
 def test_cameras_are_placed_and_named_by_path(load: Callable[..., Any]) -> None:
     world, camera = one(
         load("""

@@ -50,7 +50,7 @@ def author(prim: Any, stack: list[tuple[str, str, list[float], bool, bool]], res
     from pxr import Gf, Sdf, Vt
 
     order = ["!resetXformStack!"] if reset else []
-    inverted = []
+    inverted: list[str] = []
     for name, precision, numbers, inverse, twice in stack:
         kind = name.split(":")[0]
         suffix = {"double": "d", "float": "f", "half": "h"}[precision]
