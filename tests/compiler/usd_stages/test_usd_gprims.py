@@ -40,7 +40,7 @@ def distance(shape: Shape, points: np.ndarray) -> np.ndarray:
         radius, y0, y1, bevel = shape.parameters
         over = np.maximum(rho - (radius - bevel), 0.0)
         up = np.maximum(np.maximum(y - (y1 - bevel), (y0 + bevel) - y), 0.0)
-        return np.asarray(np.hypot(over, up) - bevel if bevel else rho - radius
+        return np.asarray(np.hypot(over, up) - bevel if bevel else rho - radius)
     if shape.kind is ShapeKind.CONE:
         return np.asarray(rho - values["a"] * (values["b"] - y) / values["b"])
     assert shape.kind is ShapeKind.SPHERE
