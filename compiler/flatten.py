@@ -138,7 +138,7 @@ class _Materials:
         codes = table.material[table.material != -1]
         numbers = np.where(codes < 0, overriding(codes), codes)
         used = [int(m) for m in first_uses(numbers, len(self.nodes))]
-        if needs_default_material(table):
+        if needs_default_material(table.ranges, table.target, table.material):
             return [0, *(m for m in used if m != 0)]
         return used
 

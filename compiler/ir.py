@@ -7,6 +7,7 @@ its scene requires; tables of what the scene does not use are empty.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,6 +151,34 @@ class SceneIR:
         """The text of that index."""
         start = int(self.text_ends[index - 1]) if index else 0
         return self.text_bytes[start : int(self.text_ends[index])].tobytes().decode()
+
+
+COLUMNS: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
+    "prototype_kind": (np.dtype("u1"), ()),
+    "prototype_data": (np.dtype("<i8"), ()),
+    "shape_parameters": (np.dtype("<f8"), ()),
+    "mesh_ranges": (np.dtype("<i8"), (4,)),
+    "mesh_points": (np.dtype("<f8"), (3,)),
+    "mesh_triangles": (np.dtype("<i4"), (3,)),
+    "group_ranges": (np.dtype("<i8"), (2,)),
+    "instance_target": (np.dtype("<i4"), ()),
+    "world_from_object": (np.dtype("<f8"), (3, 4)),
+    "object_from_world": (np.dtype("<f8"), (3, 4)),
+    "translation_low": (np.dtype("<f4"), (3,)),
+    "instance_material": (np.dtype("<i4"), ()),
+    "instance_source": (np.dtype("<i4"), ()),
+    "materials": (MATERIAL, ()),
+    "lights": (LIGHT, ()),
+    "cameras": (CAMERA, ()),
+    "settings": (SETTINGS, ()),
+    "source_parent": (np.dtype("<i4"), ()),
+    "source_origin": (np.dtype("<i4"), ()),
+    "source_index": (np.dtype("<i4"), ()),
+    "origins": (ORIGIN, ()),
+    "text_ends": (np.dtype("<i8"), ()),
+    "text_bytes": (np.dtype("u1"), ()),
+}
+"""Each array's dtype and the shape of its rows."""
 
 
 def leaf_counts(ir: SceneIR) -> NDArray[np.int64]:

@@ -37,8 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compiler import ir
-from compiler.ir import SceneIR
 from compiler.inverses import derived_inverses
+from compiler.ir import SceneIR
 from dsl.scene import DEFAULT_MATERIAL, SHAPE_PARAMETERS, Material, ShapeKind
 
 IDENTITY_ROWS = np.eye(3, 4)
@@ -180,7 +180,7 @@ def _instances(scene: SceneIR, first: int, end: int, sources: bool) -> Iterator[
         if not same[row]:
             words.append(f"inverse {_rows(inverse[row])}")
         if len(low) and low[row].any():
-            words.append("low " + " ".join(_single(v) for v in low[row]))
+            words.append("low " + " ".join(_single(np.float32(v)) for v in low[row]))
         if sources and scene.instance_source[first + row] >= 0:
             words.append(f"source {scene.instance_source[first + row]}")
         yield " ".join(words)
@@ -247,4 +247,4 @@ def _rows(matrix: NDArray[np.float64]) -> str:
 
 def _single(value: np.float32) -> str:
     text = str(value).removesuffix(".0")
-    return text if np.float32(float(text)) == value else number(value)
+    return text if np.float32(float(text)) == value else number(float(value))

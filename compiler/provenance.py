@@ -57,8 +57,14 @@ class Origins:
         table = np.zeros(len(used), dtype=ORIGIN)
         for row, number in enumerate(used):
             name, prim, start, end, label, point = keys[number]
-            prim_text = -1 if prim is None else texts.index(prim)
-            table[row] = (texts.index(name), prim_text, start, end, texts.index(label), point)
+            table[row] = (
+                texts.index(name),
+                -1 if prim is None else texts.index(prim),
+                start,
+                end,
+                texts.index(label),
+                point,
+            )
         return table
 
 

@@ -85,15 +85,17 @@ def without(rows: Rows, dropped: Integers) -> Rows:
     return _reachable(rows)
 
 
-def needs_default_material(rows: Rows) -> bool:
-    """Whether some leaf has no material on its whole way up to the root."""
-    bare = np.zeros(len(rows.ranges), dtype=bool)
-    inherits = rows.material == NO_MATERIAL
-    group = np.repeat(np.arange(len(rows.ranges)), np.diff(rows.ranges, axis=1).ravel())
-    below = np.where(rows.target < 0, ~rows.target, 0)
+def needs_default_material(
+    ranges: NDArray[np.integer], target: NDArray[np.integer], material: NDArray[np.integer]
+) -> bool:
+    """Whether some leaf has no material on its whole way up to the root; columns of an IR."""
+    bare = np.zeros(len(ranges), dtype=bool)
+    inherits = material == NO_MATERIAL
+    group = np.repeat(np.arange(len(ranges)), np.diff(ranges, axis=1).ravel())
+    below = np.where(target < 0, ~target, 0)
     while True:
         found = np.zeros_like(bare)
-        found[group[inherits & ((rows.target >= 0) | bare[below])]] = True
+        found[group[inherits & ((target >= 0) | bare[below])]] = True
         if (found == bare).all():
             return bool(bare[0])
         bare = found
