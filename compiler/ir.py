@@ -39,6 +39,7 @@ MATERIAL = np.dtype(
 """One material: `dsl.scene.Material`, flat."""
 
 SUN, POINT, SKY = 0, 1, 2
+LIGHTS = ("sun", "point", "sky")
 LIGHT = np.dtype(
     [
         ("kind", "<i4"),  # SUN, POINT or SKY
@@ -181,30 +182,45 @@ COLUMNS: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
 """Each array's dtype and the shape of its rows."""
 
 
-def leaf_counts(ir: SceneIR) -> NDArray[np.int64]:
-    """Leaves of each group with all groups in it expanded, `(g,)`.
-
-    Raises ValueError where groups contain themselves or a count exceeds `MAX_LEAVES`.
-    """
-    counts: list[int | None] = [None] * len(ir.group_ranges)
-    entered: set[int] = set()
-    stack = list(range(len(counts)))
+def groups_children_first(ir: SceneIR) -> list[int]:
+    """All groups, each after those that its instances refer to; ValueError if one holds itself."""
+    order: list[int] = []
+    entered, done = set[int](), set[int]()
+    stack = list(reversed(range(len(ir.group_ranges))))
     while stack:
         group = stack[-1]
-        first, end = ir.group_ranges[group]
-        targets = ir.instance_target[first:end]
-        below, times = np.unique(~targets[targets < 0], return_counts=True)
-        missing = [int(g) for g in below if counts[g] is None]
-        if counts[group] is not None or not missing:
-            total = int((targets >= 0).sum())
-            total += sum(int(n) * (counts[g] or 0) for g, n in zip(below, times, strict=True))
-            if total > MAX_LEAVES:
-                raise ValueError(f"group {group} has more than {MAX_LEAVES} leaves")
-            counts[group] = total
+        missing = [int(g) for g in np.unique(_groups_in(ir, group)) if g not in done]
+        if group in done or not missing:
             stack.pop()
+            if group not in done:
+                done.add(group)
+                order.append(group)
         elif group in entered:
             raise ValueError(f"group {group} contains itself")
         else:
             entered.add(group)
             stack += missing
-    return np.array(counts, dtype=np.int64)
+    return order
+
+
+def leaf_counts(ir: SceneIR) -> NDArray[np.int64]:
+    """Leaves of each group with all groups in it expanded, `(g,)`.
+
+    Raises ValueError where groups contain themselves or a count exceeds `MAX_LEAVES`.
+    """
+    counts = np.zeros(len(ir.group_ranges), dtype=np.int64)
+    for group in groups_children_first(ir):
+        first, end = ir.group_ranges[group]
+        below, times = np.unique(_groups_in(ir, group), return_counts=True)
+        total = int(end - first - times.sum())
+        total += sum(int(counts[g]) * int(n) for g, n in zip(below, times, strict=True))
+        if total > MAX_LEAVES:
+            raise ValueError(f"group {group} has more than {MAX_LEAVES} leaves")
+        counts[group] = total
+    return counts
+
+
+def _groups_in(ir: SceneIR, group: int) -> NDArray[np.int32]:
+    first, end = ir.group_ranges[group]
+    target = ir.instance_target[first:end]
+    return ~target[target < 0]

@@ -14,14 +14,14 @@ from __future__ import annotations
 import hashlib
 import os
 import struct
-import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compiler.ir import CAMERA, COLUMNS, VERSION, SceneIR
+from compiler.ir import COLUMNS, VERSION, SceneIR
 from compiler.validate import validate
 from dsl.diagnostics import CompileError, Diagnostic
 
@@ -44,19 +44,17 @@ def write_ir(scene: SceneIR, path: str | Path) -> None:
         offsets.append(offset)
         offset = _aligned(offset + array.nbytes)
     path = Path(path)
-    descriptor, temporary = tempfile.mkstemp(prefix=path.name, dir=path.parent)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        with os.fdopen(descriptor, "wb") as file:
+        with temporary.open("wb") as file:
             file.write(_HEADER.pack(_MAGIC, VERSION, len(arrays)) + b"".join(entries))
             for array, start in zip(arrays.values(), offsets, strict=True):
                 file.seek(start)
                 file.write(array.reshape(-1).view(np.uint8).data)
             file.truncate(offset)
-        Path(temporary).chmod(0o666 & ~_umask())
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def read_ir(path: str | Path) -> SceneIR:
@@ -98,9 +96,7 @@ def content_hash(scene: SceneIR) -> str:
     return digest.hexdigest()
 
 
-def _arrays(
-    header: bytes, mapped: NDArray[np.uint8], path: str | Path
-) -> dict[str, NDArray[np.generic]]:
+def _arrays(header: bytes, mapped: NDArray[np.uint8], path: str | Path) -> dict[str, NDArray[Any]]:
     def damaged(what: str) -> CompileError:
         return CompileError([Diagnostic("ir-damaged", "error", f"`{path}` {what}")])
 
@@ -113,7 +109,7 @@ def _arrays(
         raise damaged(f"has version {version}, not {VERSION}: compile the scene again")
     if count != len(COLUMNS):
         raise damaged(f"lists {count} arrays, not {len(COLUMNS)}")
-    arrays: dict[str, NDArray[np.generic]] = {}
+    arrays: dict[str, NDArray[Any]] = {}
     for index, (name, (dtype, row)) in enumerate(COLUMNS.items()):
         entry = _ENTRY.unpack_from(header, _HEADER.size + index * _ENTRY.size)
         called, kind, rows, offset = entry[0].rstrip(b"\0"), entry[1].rstrip(b"\0"), *entry[2:]
@@ -128,9 +124,3 @@ def _arrays(
 
 def _aligned(offset: int) -> int:
     return -(-offset // _ALIGNMENT) * _ALIGNMENT
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

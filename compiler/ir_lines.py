@@ -14,7 +14,7 @@ _NUMBER = re.compile(r"-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf)|nan")
 _INTEGER = re.compile(r"-?\d{1,18}")
 
 
-class LineFault(Exception):  # noqa: N818 (a fault of the text, not of the program)
+class LineFault(Exception):
     """A line cannot be read."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
@@ -36,7 +36,9 @@ class Line:
         words, at = self._words, self._next
         start, end = words[at][1:] if at < len(words) else (len(self._text), len(self._text))
         first = self._start + len(self._text[:start].encode(errors="replace"))
-        span = Span(self._source, first, first + len(self._text[start:end].encode(errors="replace")))
+        span = Span(
+            self._source, first, first + len(self._text[start:end].encode(errors="replace"))
+        )
         return LineFault(Diagnostic("ir-syntax", "error", message, Label(span)))
 
     def peek(self) -> str:

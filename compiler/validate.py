@@ -11,6 +11,7 @@ from compiler import ir
 from compiler.ir import COLUMNS, COUNTED, KINDS, MESH, SceneIR, leaf_counts
 from compiler.rows import needs_default_material
 from dsl.diagnostics import Diagnostic
+from dsl.limits import broken_limit
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
 
 
@@ -61,8 +62,6 @@ def _columns(scene: SceneIR) -> Iterator[str]:
 
 def _prototypes(scene: SceneIR) -> Iterator[str]:
     points, triangles = len(scene.mesh_points), len(scene.mesh_triangles)
-    if not np.isfinite(scene.shape_parameters).all():
-        yield "a shape has parameters that are not finite"
     if not np.isfinite(scene.mesh_points).all():
         yield "a mesh has points that are not finite"
     for mesh, (first_point, end_point, first, end) in enumerate(scene.mesh_ranges.tolist()):
@@ -78,8 +77,11 @@ def _prototypes(scene: SceneIR) -> Iterator[str]:
         if kind == MESH:
             sound = 0 <= data < len(scene.mesh_ranges)
         else:
-            count = len(SHAPE_PARAMETERS[ShapeKind(KINDS[kind])])
-            sound = 0 <= data <= len(scene.shape_parameters) - count
+            shape = ShapeKind(KINDS[kind])
+            end = data + len(SHAPE_PARAMETERS[shape])
+            sound = data >= 0 and end <= len(scene.shape_parameters)
+            if sound and (broken := broken_limit(shape, scene.shape_parameters[data:end].tolist())):
+                yield f"`{shape} {prototype}` cannot be: {broken.message}"
         if not sound:
             yield f"prototype {prototype} has no data"
 
