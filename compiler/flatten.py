@@ -8,39 +8,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from compiler.affine import Affine
-from compiler.appearance import (
-    Light,
-    camera_table,
-    contributes,
-    light_table,
-    material_table,
-    settings_record,
-)
+from compiler.appearance import camera_table, light_table, material_table, settings_record
 from compiler.compress import Branches, compress, overriding
-from compiler.expand import Integers, Plan, expand, plan
+from compiler.expand import Integers, Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
-from compiler.place import Frames
+from compiler.lights import left_out, place_lights
 from compiler.prototypes import Prototypes
 from compiler.provenance import Origins, Texts
 from compiler.rows import Rows, first_uses, needs_default_material, renumbered, rows, without
-from compiler.walk import Load, Walk, walk
-from dsl.diagnostics import Diagnostic, Label
+from compiler.walk import Load, walk
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic
 from dsl.scene import (
     DEFAULT_MATERIAL,
-    Camera,
     Material,
-    Node,
-    PointLight,
     SceneGraph,
     Settings,
-    Sky,
-    Sun,
 )
 from dsl.spans import Place
 
 MAX_LEVELS = 32
-MAX_LIGHTS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +60,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     prototypes, materials, origins = Prototypes(), _Materials(), Origins()
     branches = compress(walked, prototypes.index, materials.index, origins)
     planned = plan(branches)
-    lights = _lights(walked)
+    lights = place_lights(walked)
     diagnostics = [*walked.diagnostics, *_too_much(branches, planned, origins), *lights.diagnostics]
     if any(d.severity == "error" for d in diagnostics):
         return Flattened(None, diagnostics, Pruned())
@@ -148,57 +135,6 @@ def _renumbered_materials(codes: Integers, used: list[int]) -> NDArray[np.int32]
     return np.where(codes < -1, overriding(bound), bound).astype(np.int32)
 
 
-@dataclass(frozen=True, slots=True)
-class _Lights:
-    lights: list[tuple[Light, Affine]]
-    cameras: list[tuple[Camera, Affine]]
-    dark: int
-    diagnostics: list[Diagnostic]
-
-
-def _lights(walked: Walk) -> _Lights:
-    """Lights and cameras, placed in the world: groups are never kept for them."""
-    nodes: list[Light | Camera] = []
-    dark = 0
-
-    def index(node: Node) -> int | None:
-        nonlocal dark
-        if isinstance(node, Sun | PointLight | Sky) and not contributes(node):
-            dark += 1
-        elif isinstance(node, Sun | PointLight | Sky | Camera):
-            nodes.append(node)
-            return len(nodes) - 1
-        return None
-
-    branches = compress(walked, index, lambda _: 0, Origins())
-    planned = plan(branches)
-    found = _Lights([], [], dark, [])
-    if planned.leaves[-1] > MAX_LIGHTS:
-        found.diagnostics.append(
-            Diagnostic(
-                "scene-too-many-lights",
-                "error",
-                f"{planned.leaves[-1]} lights and cameras exceed the limit of {MAX_LIGHTS}",
-                _label(nodes[0]),
-                help="place lights outside of repeated objects",
-            )
-        )
-        return found
-    (table,) = expand(branches, planned).values()
-    for lanes, placement in Frames(branches.chains, table).chunks():
-        for lane, number in enumerate(table.leaf_target[lanes]):
-            node, forward = nodes[number], placement.take(lane).forward
-            if isinstance(node, Camera):
-                found.cameras.append((node, forward))
-            else:
-                found.lights.append((node, forward))
-    return found
-
-
-def _label(node: Node) -> Label | None:
-    return Label(node.origin.place) if node.origin else None
-
-
 def _too_much(branches: Branches, planned: Plan, origins: Origins) -> list[Diagnostic]:
     """Errors for scenes beyond the limits, at the innermost place that exceeds them."""
     for limit, counts, code, words, mend in (
@@ -220,8 +156,7 @@ def _too_much(branches: Branches, planned: Plan, origins: Origins) -> list[Diagn
         for branch, count in enumerate(counts):
             if count > limit:
                 place = _place(branches, branch, origins)
-                label = Label(place) if place else None
-                return [Diagnostic(code, "error", f"{count} {words}", label, help=mend)]
+                return [diagnostic(code, f"{count} {words}", place, help=mend)]
     return []
 
 
@@ -236,30 +171,11 @@ def _place(branches: Branches, branch: int, origins: Origins) -> Place | None:
 
 def _singular(table: Rows, singular: Integers, origins: Origins) -> list[Diagnostic]:
     """One warning for each place whose instances are left out."""
-    diagnostics = []
-    source = table.source[singular]
-    origin = np.where(source < 0, -1, table.sources.origin[source] if len(source) else source)
+    origin = np.append(table.sources.origin, -1)[table.source[singular]]
     finite = np.isfinite(table.forward[singular]).all(axis=(1, 2))
-    for number in dict.fromkeys(origin.tolist()):
-        for has_map in (True, False):
-            count = int(((origin == number) & (finite == has_map)).sum())
-            if not count:
-                continue
-            who, whose = (
-                ("this instance is", "its transform")
-                if count == 1
-                else (f"{count} instances are", "their transform")
-            )
-            why = "has no inverse" if has_map else "is not finite"
-            diagnostics.append(
-                Diagnostic(
-                    "scene-singular-transform",
-                    "warning",
-                    f"{who} left out: {whose} {why}",
-                    Label(origins.places[number], "made here") if number >= 0 else None,
-                    help="a scale of 0 flattens an object to nothing that a ray could hit"
-                    if has_map
-                    else "keep numbers below 1e300",
-                )
-            )
-    return diagnostics
+    return [
+        left_out(int(count), bool(is_finite), origins.places[number] if number >= 0 else None)
+        for number in dict.fromkeys(origin.tolist())
+        for is_finite in (True, False)
+        if (count := ((origin == number) & (finite == is_finite)).sum())
+    ]

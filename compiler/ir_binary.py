@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from compiler.ir import COLUMNS, VERSION, SceneIR
 from compiler.validate import validate
-from dsl.diagnostics import CompileError, Diagnostic
+from dsl.codes import diagnostic
+from dsl.diagnostics import CompileError
 
 _MAGIC = b"OVOLO-IR"
 _HEADER = struct.Struct("<8sII")
@@ -60,17 +61,18 @@ def write_ir(scene: SceneIR, path: str | Path) -> None:
 def read_ir(path: str | Path) -> SceneIR:
     """Map the file at `path`; every number in it is checked (`validate`), none is copied.
 
-    Raises CompileError where the file cannot be read or is damaged.
+    Raises CompileError where the file cannot be read or is damaged. The file must not be cut short
+    while it is mapped; `write_ir` replaces it whole.
     """
     try:
         with Path(path).open("rb") as file:
             header = file.read(_HEADER.size + _ENTRY.size * len(COLUMNS))
-            size = file.seek(0, os.SEEK_END)
-            mapped = np.memmap(file, mode="r", dtype=np.uint8) if size else np.empty(0, np.uint8)
+            empty = np.empty(0, dtype=np.uint8)
+            mapped = np.memmap(file, np.uint8, "r").view(np.ndarray) if header else empty
     except OSError as error:
         reason = error.strerror or str(error)
         raise CompileError(
-            [Diagnostic("file-unreadable", "error", f"cannot read `{path}`: {reason}")]
+            [diagnostic("file-unreadable", f"cannot read `{path}`: {reason}")]
         ) from None
     scene = SceneIR(**_arrays(header, mapped, path))
     if faults := validate(scene):
@@ -98,7 +100,7 @@ def content_hash(scene: SceneIR) -> str:
 
 def _arrays(header: bytes, mapped: NDArray[np.uint8], path: str | Path) -> dict[str, NDArray[Any]]:
     def damaged(what: str) -> CompileError:
-        return CompileError([Diagnostic("ir-damaged", "error", f"`{path}` {what}")])
+        return CompileError([diagnostic("ir-damaged", f"`{path}` {what}")])
 
     if not header.startswith(_MAGIC):
         raise damaged("is not a compiled scene")

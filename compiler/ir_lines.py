@@ -6,7 +6,8 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 
-from dsl.diagnostics import Diagnostic, Label
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic
 from dsl.spans import Source, Span
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]|]|[^\s\[\]|"]+|"')
@@ -39,7 +40,7 @@ class Line:
         span = Span(
             self._source, first, first + len(self._text[start:end].encode(errors="replace"))
         )
-        return LineFault(Diagnostic("ir-syntax", "error", message, Label(span)))
+        return LineFault(diagnostic("ir-syntax", message, span))
 
     def peek(self) -> str:
         """The next word, "" at the end."""

@@ -28,6 +28,7 @@ from compiler.ir_text import (
 from compiler.provenance import Texts
 from compiler.rows import needs_default_material
 from compiler.validate import validate
+from dsl.codes import diagnostic
 from dsl.diagnostics import CompileError, Diagnostic
 from dsl.scene import DEFAULT_MATERIAL, SHAPE_PARAMETERS, ShapeKind
 from dsl.spans import Source
@@ -48,7 +49,7 @@ def parse_ir(text: str, name: str = "scene.ir") -> SceneIR:
                 break
     faults = parser.faults
     if not faults and not parser.version:
-        faults = [Diagnostic("ir-syntax", "error", "the text is empty, it is no scene")]
+        faults = [diagnostic("ir-syntax", "the text is empty, it is no scene")]
     if not faults:
         scene = parser.scene()
         faults = validate(scene)

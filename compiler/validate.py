@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from compiler import ir
 from compiler.ir import COLUMNS, COUNTED, KINDS, MESH, SceneIR, leaf_counts
 from compiler.rows import needs_default_material
+from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.limits import broken_limit
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
@@ -28,7 +29,7 @@ def validate(scene: SceneIR) -> list[Diagnostic]:
     ):
         # Each check may rely on what those before it have found sound.
         if faults := list(check(scene)):
-            return [Diagnostic("ir-invalid", "error", fault) for fault in faults]
+            return [diagnostic("ir-invalid", fault) for fault in faults]
     return []
 
 

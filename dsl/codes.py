@@ -1,7 +1,8 @@
 """The catalogue of diagnostic codes: every fault that a user can cause, one line each.
 
-A code begins with the phase that finds it; `usd-` codes come from the importer of stages. The
-language reference shows each code of the language in an example.
+A code begins with the phase that finds it; `usd-` codes come from the importer of stages, `mesh-`
+codes from mesh files, `ir-` codes from compiled scenes. The language reference shows each code of
+the language in an example.
 """
 
 from __future__ import annotations
@@ -73,6 +74,18 @@ CODES: dict[str, Code] = {
     "limit-list-length": Code("a list longer than the limit"),
     "limit-string-length": Code("a string longer than the limit"),
     "limit-files": Code("a program that uses more files than the limit"),
+    "scene-singular-transform": Code("an instance whose transform has no inverse", "warning"),
+    "scene-too-many-instances": Code("a scene of more instances than the limit"),
+    "scene-too-many-lights": Code("a scene of more lights and cameras than the limit"),
+    "scene-too-deep": Code("instances of groups nested beyond the limit"),
+    "mesh-format": Code("a file of a format that is not read as a mesh"),
+    "mesh-unreadable": Code("a mesh file that is damaged"),
+    "mesh-too-large": Code("a mesh of more triangles than the limit"),
+    "mesh-bad-faces": Code("faces of a mesh file that cannot be drawn", "warning"),
+    "mesh-empty": Code("a mesh file without triangles"),
+    "ir-syntax": Code("a text that is no scene in its IR form"),
+    "ir-damaged": Code("a compiled scene that cannot be read"),
+    "ir-invalid": Code("a compiled scene whose tables contradict each other"),
     "usd-open": Code("a stage that cannot be opened"),
     "usd-prim": Code("a prim that the stage does not have"),
     "usd-time": Code("a time code, or a rate of time codes, at which nothing can be read"),

@@ -1,0 +1,87 @@
+"""The lights and cameras of a scene graph, placed in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from compiler.affine import Affine, Placement
+from compiler.appearance import Light, contributes
+from compiler.compress import compress
+from compiler.expand import expand, plan
+from compiler.place import Frames
+from compiler.provenance import Origins
+from compiler.walk import Walk
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic
+from dsl.scene import Camera, Node, PointLight, Sky, Sun
+from dsl.spans import Place
+
+MAX_LIGHTS = 100_000
+
+
+@dataclass(slots=True)
+class PlacedLights:
+    """Lights and cameras with their `world_from_object` (of one lane), in order of emission.
+
+    `dark` counts the lights that are left out because they cannot contribute.
+    """
+
+    lights: list[tuple[Light, Affine]] = field(default_factory=list)
+    cameras: list[tuple[Camera, Affine]] = field(default_factory=list)
+    dark: int = 0
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+
+def place_lights(walk: Walk) -> PlacedLights:
+    """Place all lights and cameras; for them no group is kept, and their number is limited."""
+    nodes: list[Light | Camera] = []
+    placed = PlacedLights()
+
+    def index(node: Node) -> int | None:
+        if isinstance(node, Sun | PointLight | Sky) and not contributes(node):
+            placed.dark += 1
+        elif isinstance(node, Sun | PointLight | Sky | Camera):
+            nodes.append(node)
+            return len(nodes) - 1
+        return None
+
+    branches = compress(walk, index, lambda _: 0, Origins())
+    planned = plan(branches)
+    if planned.leaves[-1] > MAX_LIGHTS:
+        message = f"{planned.leaves[-1]} lights and cameras exceed the limit of {MAX_LIGHTS}"
+        place = nodes[0].origin.place if nodes[0].origin else None
+        mend = "place lights outside of repeated objects"
+        placed.diagnostics.append(diagnostic("scene-too-many-lights", message, place, help=mend))
+        return placed
+    (table,) = expand(branches, planned).values()
+    for lanes, placement in Frames(branches.chains, table).chunks():
+        for lane, number in enumerate(table.leaf_target[lanes]):
+            _add(placed, nodes[number], placement.take(lane))
+    return placed
+
+
+def left_out(count: int, finite: bool, place: Place | None) -> Diagnostic:
+    """The warning for things whose transform has no inverse, or is not even `finite`."""
+    who = "this is" if count == 1 else f"{count} instances of this are"
+    why, mend = (
+        ("has no inverse", "a scale of 0 leaves nothing that a ray could hit")
+        if finite
+        else ("is not finite", "keep numbers below 1e300")
+    )
+    message = f"{who} left out: the transform {why}"
+    return diagnostic("scene-singular-transform", message, place, help=mend)
+
+
+def _add(placed: PlacedLights, node: Light | Camera, placement: Placement) -> None:
+    forward, inverse = np.empty((2, 1, 3, 4))
+    placement.forward.round_into(forward)
+    placement.inverse.round_into(inverse)
+    if not isinstance(node, Sky) and not np.isfinite([forward, inverse]).all():
+        place = node.origin.place if node.origin else None
+        placed.diagnostics.append(left_out(1, bool(np.isfinite(forward).all()), place))
+    elif isinstance(node, Camera):
+        placed.cameras.append((node, placement.forward))
+    else:
+        placed.lights.append((node, placement.forward))
