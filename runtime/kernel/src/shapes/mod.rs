@@ -8,21 +8,29 @@
 //!   counted from where o was slid to;
 //!
 //! and round to the scalar last. Only [`Shape::bounds`] speaks of object space.
-use crate::lanes::{Isa, Lanes};
+use crate::lanes::{Isa, Lanes, Task};
 use crate::scalar::Scalar;
 
+mod angle;
 mod dop;
 mod frame;
 mod kind;
 mod parameters;
 mod ray_box;
+mod ray_cone;
 mod ray_cylinder;
 mod ray_disc;
 mod ray_lanes;
 mod ray_plane;
 mod ray_rectangle;
+mod ray_ring;
 mod ray_sphere;
+mod ray_torus;
 mod ray_triangle;
+mod ray_wedge;
+mod sector;
+#[cfg(test)]
+mod signed_distance;
 #[cfg(test)]
 mod tests;
 
@@ -31,14 +39,18 @@ pub use kind::ShapeKind;
 pub use ray_lanes::RayLanes;
 pub use ray_triangle::{Shear, intersect as intersect_triangle, surface as triangle_surface};
 
-use parameters::{bounds, is_valid};
+use parameters::{around_axis, bounds, is_valid};
 use ray_box::Cuboid;
+use ray_cone::Cone;
 use ray_cylinder::Cylinder;
 use ray_disc::Disc;
 use ray_lanes::Intersect;
 use ray_rectangle::Rectangle;
+use ray_ring::Ring;
 use ray_sphere::Sphere;
+use ray_torus::Torus;
 use ray_triangle::Triangle;
+use ray_wedge::Wedge;
 
 /// An analytic shape, ready to be intersected in precision `F`.
 #[derive(Clone, Debug)]
@@ -59,6 +71,10 @@ enum Solid<F> {
     Rectangle(Rectangle<F>),
     Plane,
     Triangle(Triangle<F>),
+    Cone(Cone<F>),
+    Torus(Torus<F>),
+    Ring(Ring<F>),
+    Wedge(Wedge<F>),
 }
 
 impl<F: Scalar> Shape<F> {
@@ -85,7 +101,7 @@ impl<F: Scalar> Shape<F> {
         }
         let bounds = bounds(kind, parameters);
         let frame = match bounds {
-            Some(bounds) => Frame::new(bounds).ok_or_else(invalid)?,
+            Some(bounds) => Frame::new(around_axis(kind, bounds)).ok_or_else(invalid)?,
             None => Frame::IDENTITY,
         };
         Ok(Shape {
@@ -123,6 +139,10 @@ impl<F: Scalar> Shape<F> {
             Solid::Rectangle(shape) => shape.intersect(ray, active),
             Solid::Plane => ray_plane::intersect(ray, active),
             Solid::Triangle(shape) => shape.intersect(ray, active),
+            Solid::Cone(shape) => apart::<I, F, L>(shape, ray, active),
+            Solid::Torus(shape) => apart::<I, F, L>(shape, ray, active),
+            Solid::Ring(shape) => apart::<I, F, L>(shape, ray, active),
+            Solid::Wedge(shape) => apart::<I, F, L>(shape, ray, active),
         }
     }
 
@@ -137,6 +157,32 @@ impl<F: Scalar> Shape<F> {
             Solid::Rectangle(shape) => shape.surface(p),
             Solid::Plane => ray_plane::surface(p),
             Solid::Triangle(shape) => shape.surface(p),
+            Solid::Cone(shape) => shape.surface(p),
+            Solid::Torus(shape) => shape.surface(p),
+            Solid::Ring(shape) => shape.surface(p),
+            Solid::Wedge(shape) => shape.surface(p),
         }
     }
+}
+
+/// Intersects in a function of its own, compiled for the set: callers stay small.
+#[inline(always)]
+fn apart<I: Isa, F: Scalar, L: Lanes<Scalar = F>>(
+    shape: &impl Intersect<F>,
+    ray: &RayLanes<L>,
+    active: L::Mask,
+) -> (L::Mask, L) {
+    struct Apart<'a, S, L: Lanes> {
+        shape: &'a S,
+        ray: &'a RayLanes<L>,
+        active: L::Mask,
+    }
+    impl<S: Intersect<L::Scalar>, L: Lanes> Task for Apart<'_, S, L> {
+        type Output = (L::Mask, L);
+        #[inline(always)]
+        fn run<I: Isa>(self) -> (L::Mask, L) {
+            self.shape.intersect(self.ray, self.active)
+        }
+    }
+    I::call(Apart { shape, ray, active })
 }

@@ -37,6 +37,14 @@ impl<F: Scalar> Intersect<F> for Cylinder<F> {
 }
 
 impl Cylinder<f64> {
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    pub(super) fn y(&self) -> [f64; 2] {
+        self.y
+    }
+
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let rho = x.hypot(z);

@@ -77,6 +77,25 @@ impl<L: Lanes> Span<L> {
         self.near.le(self.far)
     }
 
+    /// Whether t lies strictly within.
+    #[inline(always)]
+    pub fn contains(self, t: L) -> L::Mask {
+        self.near.lt(t) & t.lt(self.far)
+    }
+
+    /// q + t·rate ≥ 0.
+    #[inline(always)]
+    pub fn half_space(q: L, rate: L) -> Span<L> {
+        let zero = L::zero();
+        let crossing = -q / rate;
+        let line = Span::<L>::line();
+        Span {
+            near: L::select(rate.gt(zero), crossing, line.near),
+            far: L::select(rate.lt(zero), crossing, line.far),
+        }
+        .only(!(rate.eq(zero) & q.lt(zero)))
+    }
+
     /// low ≤ o + t·d ≤ high. One rounding of a difference and one of a quotient at either end.
     ///
     /// A ray within the slab that never leaves it (d = 0) divides by zero: its ends are infinite,

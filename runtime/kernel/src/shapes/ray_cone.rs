@@ -1,0 +1,115 @@
+//! The solid between the disc of radius r in y = 0 and the apex (0, h, 0).
+//!
+//! Seen from the apex downwards, Y = h − y, the double cone is q(p) = x² + z² − k²Y² ≤ 0, k = r/h. Along a
+//! ray q = A t² + 2B t + C with
+//!
+//!   A = (|d⊥| − k|d_Y|)(|d⊥| + k|d_Y|),  C likewise of o,  B = x d_x + z d_z − k² Y d_Y,
+//!   B² − AC = (k|m⊥|)² − m_Y²,  m = o × d in (x, Y, z),
+//!
+//! the last as a product of sum and difference, its minors each a difference of products: the ray's moment does
+//! not change when the ray is slid, so nothing large cancels in it. Beforehand o is moved to the point of the ray
+//! nearest the middle of the axis. With Q = B + sign(B)√ the roots are −Q/A and −C/Q; the second stays finite where
+//! A → 0, a ray parallel to a generator.
+//!
+//! The ray is in the lower nappe, Y ≥ 0: between the roots if A ≥ 0, and then they are both below the apex or both
+//! above; from the greater root on if A < 0 and the ray goes down; up to the lesser if it goes up.
+//! So the solid is one stretch of the ray, cut by y ≥ 0.
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+use super::dop::{difference_of_products, dot, sum_of_products};
+use super::ray_lanes::{Intersect, RayLanes, Span};
+
+/// A cone about the y axis.
+#[derive(Clone, Debug)]
+pub struct Cone<F> {
+    radius: F,
+    height: F,
+    slope: F,
+}
+
+impl<F: Scalar> Cone<F> {
+    pub(super) fn new(radius: f64, height: f64) -> Cone<F> {
+        Cone {
+            radius: F::from_f64(radius),
+            height: F::from_f64(height),
+            slope: F::from_f64(radius / height),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn span<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
+        let (h, k) = (L::splat(self.height), L::splat(self.slope));
+        let (zero, half, d) = (L::zero(), L::splat(F::from_f64(0.5)), ray.d);
+
+        // Slide the origin.
+        let from_middle = |p: [L; 3]| [p[0], half.neg_mul_add(h, p[1]), p[2]];
+        let inverse = L::splat(F::ONE) / dot(d, d);
+        let slide = -(dot(from_middle(ray.o), d) * inverse);
+        let [x, y, z] = ray.at(slide);
+        let [x, down, z] = [x, h - y, z];
+        let [dx, d_down, dz] = [d[0], -d[1], d[2]];
+
+        // The quadratic.
+        let form = |x: L, down: L, z: L| {
+            let (around, along) = (x.mul_add(x, z * z).sqrt(), k * down.abs());
+            (around - along) * (around + along)
+        };
+        let a = form(dx, d_down, dz);
+        let c = form(x, down, z);
+        let b = (k * down).neg_mul_add(k * d_down, sum_of_products(x, dx, z, dz));
+        let m_x = difference_of_products(down, dz, z, d_down);
+        let m_y = difference_of_products(z, dx, x, dz).abs();
+        let m_z = difference_of_products(x, d_down, down, dx);
+        let m_around = k * m_x.mul_add(m_x, m_z * m_z).sqrt();
+        let room = (m_around - m_y) * (m_around + m_y);
+        let q = b + room.sqrt().copy_sign(b);
+        let (t0, t1) = (-(q / a), -(c / q));
+        let (least, most) = (t0.min(t1), t0.max(t1));
+
+        // The stretch in the lower nappe.
+        let between = a.ge(zero);
+        let below = t1.mul_add(d_down, down).ge(zero);
+        let sinking = d_down.gt(zero);
+        let line = Span::<L>::line();
+        let nappe = Span {
+            near: L::select(between, least, L::select(sinking, most, line.near)),
+            far: L::select(between, most, L::select(sinking, line.far, least)),
+        }
+        .only(room.ge(zero) & !q.eq(zero) & (below | !between));
+        Span {
+            near: nappe.near + slide,
+            far: nappe.far + slide,
+        }
+        .and(Span::half_space(ray.o[1], d[1]))
+    }
+}
+
+impl<F: Scalar> Intersect<F> for Cone<F> {
+    #[inline(always)]
+    fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+        self.span(ray).nearest(ray, active)
+    }
+}
+
+impl Cone<f64> {
+    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z] = p;
+        let (r, h) = (self.radius, self.height);
+        let rho = x.hypot(z);
+        let side = r.hypot(h);
+        let (sin, cos) = (r / side, h / side);
+        let outside = (rho - r) * cos + y * sin;
+        if -y > outside {
+            let shrink = (r / rho).min(1.0);
+            return ([x * shrink, 0.0, z * shrink], [0.0, -1.0, 0.0]);
+        }
+        if rho == 0.0 {
+            return ([0.0, h, 0.0], [0.0, 1.0, 0.0]);
+        }
+        let (u, w) = (x / rho, z / rho);
+        let up = (y - outside * sin).clamp(0.0, h);
+        let around = r * ((h - up) / h);
+        ([around * u, up, around * w], [cos * u, sin, cos * w])
+    }
+}

@@ -1,0 +1,244 @@
+//! D(p) ≤ r, D the distance to the circle ρ = R in y = 0.
+//!
+//! No quartic is formed: its coefficients lose (R/r)² ulps, and thin tori drown in them. With
+//!
+//!   g(t) = D² − r² = (ρ − R)² + y² − r²,   g'/2 = (ρ − R)(x d_x + z d_z)/ρ + y d_y,
+//!   g''/2 = d·d − R m²/ρ³,                 m = x d_z − z d_x  (constant along the ray),
+//!
+//! g is convex where ρ³ > R m²/d·d and concave where ρ is less; ρ² is a parabola about the closest approach to the
+//! axis, t_ρ: three pieces at most, convex, concave, convex, that meet at t_ρ ± w. On a piece of one
+//! convexity, made convex by its sign σ, h = σg is positive at the start and then Newton from there goes up to the first
+//! root without passing it, or past the minimum if there is none (Fourier's condition); or it is not, and
+//! Newton from the end comes down to the only root, if h is positive there. So the first root after t_min costs one
+//! Newton run on the piece it is in, each step as exact as D. A spindle (r > R) is the same solid.
+//!
+//! (Bracketing by inflections is Yuksel's, HPG 2022, there for polynomials; here it is done to the
+//! distance itself.) The cube root of the pieces' ends need not be exact.
+use crate::lanes::{Lanes, Mask};
+use crate::scalar::Scalar;
+
+use super::dop::{difference_of_products, dot, sum_of_products};
+use super::ray_lanes::{Intersect, RayLanes, Span};
+
+/// Newton steps after which a lane is taken as it is. Six do where a ray crosses; each halves the
+/// distance to a double root, where it grazes.
+const STEPS: usize = 64;
+
+/// A ring-shaped tube about the y axis.
+#[derive(Clone, Debug)]
+pub struct Torus<F> {
+    major: F,
+    minor: F,
+}
+
+/// A tube of radius r about the circle of radius R about the y axis in y = 0, and rays to cross it.
+#[derive(Clone, Copy)]
+pub(super) struct Tube<L> {
+    pub major: L,
+    pub minor: L,
+    pub o: [L; 3],
+    pub d: [L; 3],
+}
+
+/// A piece of the ray on which g is convex, concave, convex.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Piece {
+    Before,
+    Between,
+    Behind,
+}
+
+const PIECES: [Piece; 3] = [Piece::Before, Piece::Between, Piece::Behind];
+
+impl<L: Lanes> Tube<L> {
+    /// g and g'. Before and behind the closest approach to the axis ρ falls and rises, which its
+    /// derivative is told where rounding would lose it: on the axis.
+    #[inline(always)]
+    fn value_and_slope(&self, t: L, piece: Piece) -> (L, L) {
+        let ([x, y, z], d) = ([0, 1, 2].map(|i| t.mul_add(self.d[i], self.o[i])), self.d);
+        let around = x.mul_add(x, z * z).sqrt();
+        let across = around - self.major;
+        let radial = x.mul_add(d[0], z * d[2]) / around;
+        let radial = L::select(
+            around.gt(L::zero()),
+            radial,
+            d[0].mul_add(d[0], d[2] * d[2]).sqrt(),
+        );
+        let radial = match piece {
+            Piece::Before => -radial.abs(),
+            Piece::Between => radial,
+            Piece::Behind => radial.abs(),
+        };
+        let slope = across.mul_add(radial, y * d[1]);
+        let value = y.mul_add(y, (across - self.minor) * (across + self.minor));
+        (value, slope + slope)
+    }
+
+    /// Where pieces of one convexity meet, t_ρ − w and t_ρ + w; NaN for rays parallel to the axis.
+    #[inline(always)]
+    fn inflections(&self) -> (L, L) {
+        let [o, d] = [self.o, self.d];
+        let dd = d[0].mul_add(d[0], d[2] * d[2]);
+        let m = difference_of_products(o[0], d[2], o[2], d[0]);
+        let middle = -(sum_of_products(o[0], d[0], o[2], d[2]) / dd);
+        let least = m * m / dd;
+        let share = m * m / (self.major * self.major * dot(d, d));
+        let inflection = self.major * cube_root(share);
+        let width = (inflection.mul_add(inflection, -least).max(L::zero()) / dd).sqrt();
+        (middle - width, middle + width)
+    }
+
+    /// The first crossing strictly within a stretch, whose ends may not be infinite where active; stretches of `hole` hold none.
+    #[inline(always)]
+    pub fn first_crossing(&self, stretch: Span<L>, hole: Span<L>, active: L::Mask) -> (L::Mask, L) {
+        let (first, second) = self.inflections();
+        let ends = [first.min(stretch.far), second.min(stretch.far), stretch.far];
+        let mut start = stretch.near;
+        let mut open = active & stretch.near.lt(stretch.far);
+        let mut crossing = stretch.far;
+        let mut found = L::Mask::none();
+        for (piece, end) in PIECES.into_iter().zip(ends) {
+            let near = L::select(hole.contains(start), hole.far, start);
+            let far = L::select(hole.contains(end), hole.near, end);
+            let here = open & near.lt(far);
+            if here.any() {
+                let (hit, t) = self.newton(piece, near, far, here);
+                let hit = hit & stretch.near.lt(t);
+                crossing = L::select(hit, t, crossing);
+                found = found | hit;
+                open = open.and_not(hit);
+            }
+            start = end.max(start);
+        }
+        (found, crossing)
+    }
+
+    /// The first root on a piece.
+    #[inline(always)]
+    fn newton(&self, piece: Piece, near: L, far: L, active: L::Mask) -> (L::Mask, L) {
+        let zero = L::zero();
+        let eps = |n: f64| L::splat(L::Scalar::from_f64(n * L::Scalar::EPS.to_f64()));
+        let sign = L::splat(L::Scalar::from_f64(if piece == Piece::Between {
+            -1.0
+        } else {
+            1.0
+        }));
+        let (at_near, _) = self.value_and_slope(near, piece);
+        let (at_far, _) = self.value_and_slope(far, piece);
+        let forward = active & (sign * at_near).gt(zero);
+        let backward = active.and_not(forward) & (sign * at_far).gt(zero);
+        // A root is certain where the sign of h differs between low and high.
+        let mut certain = backward | (forward & (sign * at_far).le(zero));
+        let (mut low, mut high) = (near, far);
+        let close = eps(2.0) * (self.major + self.minor);
+        let noise = (close + close) * self.minor;
+        let mut t = L::select(forward, near, far);
+        let mut running = forward | backward;
+        let mut found = L::Mask::none();
+        for _ in 0..STEPS {
+            let (value, slope) = self.value_and_slope(t, piece);
+            let positive = (sign * value).gt(zero);
+            let root_is_higher = (forward & positive) | (backward.and_not(positive));
+            low = L::select(root_is_higher, t, low);
+            high = L::select(root_is_higher, high, t);
+            certain = certain | (running & !positive);
+            let step = value / slope;
+            let next = t - step;
+            let within = low.lt(next) & next.lt(high);
+            let landed = running
+                & (step.abs().le(close)
+                    | value.abs().le(noise)
+                    | (certain & (high - low).le(close)));
+            let middle = L::splat(L::Scalar::from_f64(0.5)) * (low + high);
+            t = L::select(
+                running & within,
+                next,
+                L::select(running & certain & !landed, middle, t),
+            );
+            found = found | landed;
+            // Newton from a positive h leaves the piece, or turns back past the minimum: no root.
+            running = running.and_not(landed) & (within | certain);
+            if !running.any() {
+                break;
+            }
+        }
+        (found | (running & certain), t)
+    }
+}
+
+/// The cube root of 0 ≤ x ≤ 1 to a few digits: x^(1/4 + 1/16), then two steps of Halley's.
+#[inline(always)]
+fn cube_root<L: Lanes>(x: L) -> L {
+    let fourth = x.sqrt().sqrt();
+    let mut y = fourth * fourth.sqrt().sqrt();
+    for _ in 0..2 {
+        let cube = y * y * y;
+        y = y * ((cube + (x + x)) / (cube + cube + x));
+    }
+    L::select(x.gt(L::zero()), y, L::zero())
+}
+
+impl<F: Scalar> Torus<F> {
+    pub(super) fn new(major: f64, minor: f64) -> Torus<F> {
+        Torus {
+            major: F::from_f64(major),
+            minor: F::from_f64(minor),
+        }
+    }
+}
+
+impl<F: Scalar> Intersect<F> for Torus<F> {
+    #[inline(always)]
+    fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+        let (major, minor, d) = (L::splat(self.major), L::splat(self.minor), ray.d);
+        // Count t from the closest approach to the center.
+        let inverse = L::splat(F::ONE) / dot(d, d);
+        let slide = -(dot(ray.o, d) * inverse);
+        let o = ray.at(slide);
+        let again = -(dot(o, d) * inverse);
+        let o = [0, 1, 2].map(|i| again.mul_add(d[i], o[i]));
+        let slide = slide + again;
+
+        // What the torus is cut out of is wider than it, lest rounding put an end of the stretch inside.
+        let slack = L::splat(F::from_f64(16.0 * F::EPS.to_f64())) * (major + minor);
+        let wide = minor + slack;
+        let stretch = Span {
+            near: ray.t_min - slide,
+            far: ray.t_max - slide,
+        }
+        .and(Span::slab(o[1], d[1], -wide, wide))
+        .and(Span::bar(o, d, major + wide));
+        let active = active & stretch.exists();
+        if !active.any() {
+            return (active, slide);
+        }
+        let hole = Span::bar(o, d, major - wide).only(wide.lt(major));
+        let (found, t) = Tube { major, minor, o, d }.first_crossing(stretch, hole, active);
+        let t = t + slide;
+        (found & ray.accepts(t), t)
+    }
+}
+
+impl Torus<f64> {
+    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z] = p;
+        let rho = x.hypot(z);
+        let (u, w) = if rho > 0.0 {
+            (x / rho, z / rho)
+        } else {
+            (0.0, 1.0)
+        };
+        let across = rho - self.major;
+        let length = across.hypot(y);
+        let (across, up) = if length > 0.0 {
+            (across / length, y / length)
+        } else {
+            (1.0, 0.0)
+        };
+        let around = self.minor.mul_add(across, self.major);
+        (
+            [around * u, self.minor * up, around * w],
+            [across * u, up, across * w],
+        )
+    }
+}

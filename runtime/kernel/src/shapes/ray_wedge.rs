@@ -1,0 +1,53 @@
+//! r0 ≤ ρ ≤ r1, y0 ≤ y ≤ y1, φ0 ≤ φ ≤ φ1: a ring cut by a sector.
+//!
+//! Up to 180° the sector shortens the ring's outer stretch; beyond, its gap is one more hole.
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+use super::ray_lanes::{Intersect, RayLanes};
+use super::ray_ring::{Ring, first_end};
+use super::sector::{Sector, Sides};
+
+/// An annular wedge about the y axis.
+#[derive(Clone, Debug)]
+pub struct Wedge<F> {
+    ring: Ring<F>,
+    sector: Sector<F>,
+}
+
+impl<F: Scalar> Wedge<F> {
+    pub(super) fn new(r: [f64; 2], y: [f64; 2], phi: [f64; 2]) -> Wedge<F> {
+        Wedge {
+            ring: Ring::new(r, y),
+            sector: Sector::new(phi),
+        }
+    }
+}
+
+impl<F: Scalar> Intersect<F> for Wedge<F> {
+    #[inline(always)]
+    fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+        let (outer, bore) = self.ring.spans(ray);
+        match self.sector.sides(ray) {
+            Sides::In(sector) => first_end(ray, outer.and(sector), [bore], active),
+            Sides::Out(gap) => first_end(ray, outer, [bore, gap], active),
+        }
+    }
+}
+
+impl Wedge<f64> {
+    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let (outside, point, normal) = self.ring.nearest_face(p);
+        let [(_, q0), (_, q1)] = [0, 1].map(|side| self.sector.along_and_depth(side, p));
+        let (side, depth) = if (q0 < q1) != self.sector.reflex {
+            (0, q0)
+        } else {
+            (1, q1)
+        };
+        if -depth <= outside {
+            return (point, normal);
+        }
+        let normal = self.sector.normal(side);
+        ([0, 1, 2].map(|i| depth.mul_add(normal[i], p[i])), normal)
+    }
+}

@@ -1,0 +1,3 @@
+//! The intersectors against the signed distances, each other, and closed forms.
+mod harness;
+mod random_rays;
