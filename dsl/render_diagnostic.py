@@ -28,8 +28,8 @@ def render_diagnostics(diagnostics: Iterable[Diagnostic], color: bool = False) -
 def render_diagnostic(found: Diagnostic, color: bool = False) -> str:
     r"""One diagnostic as text, ending with a newline; `color` adds ANSI escapes.
 
-    The source line is shown with the primary place underlined by `^` and others by `-`. Control characters
-    of the source are shown as symbols, so that text cannot command a terminal.
+    The source line is shown with the primary place underlined by `^` and others by `-`. Control
+    characters of the source are shown as symbols, so that text cannot command a terminal.
     """
     tint = _RED if found.severity == "error" else _YELLOW
     paint = _painter(color)

@@ -258,8 +258,8 @@ class Camera:
     the plane at distance 1 for a perspective camera (2·tan(fov/2)), in camera units for an
     orthographic one. `aspect` is width over height of the window; None takes the picture's.
     A picture of another aspect shows the whole window and more. `shift` moves the window by
-    fractions of its width and height. `near`, `far`: distances along the viewing axis outside of which
-    nothing is seen.
+    fractions of its width and height. `near`, `far`: distances along the viewing axis outside of
+    which nothing is seen.
     """
 
     projection: Literal["perspective", "orthographic"]

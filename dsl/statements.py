@@ -188,10 +188,8 @@ def _label(run: Run, statement: ast.Expression, scope: Scope) -> str:
     if not isinstance(statement, ast.Chain) or not isinstance(statement.base, ast.Name):
         return ""
     first, binding = statement.suffixes[0], run.uses.get(statement.base)
-    if isinstance(first, ast.Member) and binding is not None:
-        if isinstance(scope.find(binding), File):
-            return first.name
-    return statement.base.name
+    of_file = binding is not None and isinstance(scope.find(binding), File)
+    return first.name if of_file and isinstance(first, ast.Member) else statement.base.name
 
 
 def _block_value(emitted: list[Value], span: Span) -> Value:

@@ -83,7 +83,7 @@ class Scope:
         return None
 
     def inside(self) -> Scope:
-        """The scope for what an expression of this scope contains: emissions there have no index."""
+        """The scope for what an expression contains: what is emitted there has no index."""
         return self if self.index is None else Scope(self)
 
 
@@ -129,8 +129,8 @@ class Parameter:
 class Signature:
     """One way to call a builtin.
 
-    `function` takes the `dsl.calls.Site` and the converted arguments in order of `parameters`; those beyond
-    `parameters`, if `rest` says their kind, come last as a tuple.
+    `function` takes the `dsl.calls.Site` and the converted arguments in order of `parameters`;
+    those beyond `parameters`, if `rest` says their kind, come last as a tuple.
     """
 
     parameters: tuple[Parameter, ...]

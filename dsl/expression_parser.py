@@ -1,0 +1,275 @@
+"""Expressions: precedence climbing over flat sequences of operands and of suffixes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NoReturn
+
+from dsl import ast
+from dsl.diagnostics import Label
+from dsl.token_reader import SyntaxFault, TokenReader
+from dsl.tokens import KEYWORDS, Token
+
+_LEVELS = {
+    "or": 0,
+    "and": 1,
+    "==": 3,
+    "!=": 3,
+    "<": 3,
+    "<=": 3,
+    ">": 3,
+    ">=": 3,
+    "..": 4,
+    "+": 5,
+    "-": 5,
+    "*": 6,
+    "/": 6,
+    "%": 6,
+}
+"""Binding strength of the binary operators; `not` stands at 2, unary `-` above all."""
+_NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
+
+
+class ExpressionParser(TokenReader, ABC):
+    """Reads expressions; blocks, which hold statements, are read by the subclass."""
+
+    @abstractmethod
+    def block(self) -> ast.Block:
+        """A block, its brace in view."""
+
+    def expression(self, level: int = 0) -> ast.Expression:
+        """Operators of that level and above: `operand { operator operand }`."""
+        start = self.token
+        left = self.prefix()
+        while (binary := _LEVELS.get(self.token.kind, -1)) >= level:
+            operands = [left]
+            operators: list[ast.Operator] = []
+            while _LEVELS.get(self.token.kind) == binary:
+                if operators and binary in (_COMPARISON, _INTERVAL):
+                    self.chained(operators[0])
+                token = self.advance()
+                operators.append(ast.Operator(self.token_span(token), token.kind))
+                operands.append(self.expression(binary + 1))
+            left = ast.Operation(self.span(start), tuple(operands), tuple(operators))
+        return left
+
+    def chained(self, first: ast.Operator) -> NoReturn:
+        """Refuse a second comparison or interval operator."""
+        if first.symbol == "..":
+            self.expected("the end of the interval", "an interval has two ends, `a..b`")
+        self.report(
+            "syntax-chained-comparison",
+            "a comparison cannot be compared again",
+            self.token,
+            secondary=(Label(first.span, "the first comparison"),),
+            help="write `a < b and b < c`",
+        )
+        raise SyntaxFault
+
+    def prefix(self) -> ast.Expression:
+        """`("-" | "not") operand`, or a chain."""
+        token = self.token
+        if token.kind not in ("-", "not"):
+            return self.suffixes()
+        self.deeper(token)
+        self.advance()
+        operand = self.expression(_NOT if token.kind == "not" else _PREFIX)
+        self.nesting -= 1
+        operator = ast.Operator(self.token_span(token), token.kind)
+        return ast.Unary(self.span(token), operator, operand)
+
+    def suffixes(self) -> ast.Expression:
+        """`primary { "(" arguments ")" | "[" expression "]" | "." name }`."""
+        start = self.token
+        base = self.primary()
+        suffixes: list[ast.Suffix] = []
+        while True:
+            opener = self.token
+            if opener.kind == "(":
+                self.advance()
+                arguments = self.arguments(opener)
+                suffixes.append(ast.Call(self.span(opener), arguments))
+            elif opener.kind == "[":
+                self.deeper(self.advance())
+                index = self.expression()
+                self.close(opener, "]")
+                suffixes.append(ast.Index(self.span(opener), index))
+            elif opener.kind == ".":
+                self.advance()
+                member = self.token
+                if member.kind not in ("name", "reserved") and member.kind not in KEYWORDS:
+                    self.expected("a name after `.`")
+                self.advance()
+                name = str(member.value or member.kind)
+                suffixes.append(ast.Member(self.token_span(member), name))
+            else:
+                break
+        return ast.Chain(self.span(start), base, tuple(suffixes)) if suffixes else base
+
+    def arguments(self, opener: Token) -> tuple[ast.Argument, ...]:
+        """`{ expression "," } { name ":" expression "," }` up to the closing bracket."""
+        arguments = self.sequence(opener, ")", "argument", self.argument)
+        named: ast.Argument | None = None
+        for argument in arguments:
+            if argument.name is not None:
+                named = argument
+            elif named is not None:
+                self.report(
+                    "syntax-positional-after-named",
+                    "an argument without a name after one with a name",
+                    argument.span,
+                    secondary=(Label(named.span, "this one has a name"),),
+                    help="name it too, or move it to the front",
+                )
+                raise SyntaxFault
+        return tuple(arguments)
+
+    def argument(self) -> ast.Argument:
+        """`[ name ":" ] expression`."""
+        start = self.token
+        named = self.next_kind() == ":" and (
+            start.kind in ("name", "reserved") or start.kind in KEYWORDS
+        )
+        if named:
+            self.advance()
+            self.advance()
+        elif self.next_kind() == "=" and start.kind == "name":
+            self.advance()
+            self.expected("`:`", f"write `{start.value}: value`")
+        value = self.expression()
+        return ast.Argument(
+            self.span(start),
+            str(start.value or start.kind) if named else None,
+            self.token_span(start) if named else None,
+            value,
+        )
+
+    def primary(self) -> ast.Expression:
+        """A literal, a name, or something in brackets."""
+        token = self.token
+        span = self.token_span(token)
+        match token.kind:
+            case "number":
+                self.advance()
+                return ast.Number(span, _as_float(token))
+            case "angle":
+                self.advance()
+                return ast.AngleLiteral(span, _as_float(token))
+            case "string":
+                self.advance()
+                return ast.String(span, str(token.value))
+            case "color":
+                self.advance()
+                assert isinstance(token.value, tuple)
+                return ast.ColorLiteral(span, token.value)
+            case "true" | "false":
+                self.advance()
+                return ast.Boolean(span, token.kind == "true")
+            case "name":
+                self.advance()
+                return ast.Name(span, str(token.value))
+            case "(":
+                return self.parenthesised()
+            case "[":
+                self.advance()
+                items = self.sequence(token, "]", "item", self.expression)
+                return ast.ListLiteral(self.span(token), tuple(items))
+            case "{":
+                return self.block()
+            case "if":
+                return self.conditional()
+            case "for":
+                return self.loop()
+            case "fault":
+                self.advance()
+                return ast.Missing(span)
+            case "reserved":
+                self.report(
+                    "syntax-reserved-word",
+                    f"`{token.value}` is reserved",
+                    token,
+                    help="it will have a meaning in a later version",
+                )
+                raise SyntaxFault
+            case _:
+                return self.no_expression()
+
+    def no_expression(self) -> NoReturn:
+        """Refuse what cannot begin an expression."""
+        help = None
+        before = self.tokens[self.position - 1].kind if self.position else ""
+        if self.token.kind == "newline" and before in _LEVELS:
+            help = "a newline ends a statement unless a round or square bracket is open"
+        elif self.token.kind == ".":
+            help = "a number begins with a digit: `0.5`"
+        elif self.token.kind == "else":
+            help = "put `else` on the line of the `}` before it"
+        elif self.token.kind in (")", "]") and before in ("", "newline"):
+            self.report("syntax-unmatched", f"this `{self.token.kind}` closes nothing", self.token)
+            raise SyntaxFault
+        elif self.token.kind in ("*", "/", "%", "+") and before in ("newline", "{", "}"):
+            help = "a newline ends a statement unless a round or square bracket is open"
+        self.expected("an expression", help)
+
+    def parenthesised(self) -> ast.Expression:
+        """`"(" expression ")"`, or a vector of two to four expressions."""
+        opener = self.advance()
+        items = self.sequence(opener, ")", "expression", self.expression)
+        span = self.span(opener)
+        if not items:
+            self.report("syntax-expected", "expected an expression between `(` and `)`", span)
+            raise SyntaxFault
+        if len(items) > 4:
+            self.report(
+                "syntax-vector-length",
+                f"a vector has two, three or four components, not {len(items)}",
+                span,
+                help="a list is written in square brackets: [a, b, …]",
+            )
+            raise SyntaxFault
+        return items[0] if len(items) == 1 else ast.VectorLiteral(span, tuple(items))
+
+    def conditional(self) -> ast.Expression:
+        """`"if" expression block { "else" "if" expression block } [ "else" block ]`."""
+        start = self.token
+        branches: list[tuple[ast.Expression, ast.Block]] = []
+        otherwise: ast.Block | None = None
+        while True:
+            self.advance()
+            condition = self.expression()
+            if self.token.kind != "{":
+                help = "`==` compares" if self.token.kind == "=" else "write `if condition { … }`"
+                self.expected("`{`", help)
+            branches.append((condition, self.block()))
+            if self.token.kind != "else":
+                break
+            self.advance()
+            if self.token.kind == "{":
+                otherwise = self.block()
+                break
+            if self.token.kind != "if":
+                self.expected("`{` or `if` after `else`")
+        return ast.If(self.span(start), tuple(branches), otherwise)
+
+    def loop(self) -> ast.Expression:
+        """`"for" name "in" expression { "," name "in" expression } block`."""
+        start = self.advance()
+        variables: list[ast.LoopVariable] = []
+        while True:
+            name = self.binding_name("a name after `for`" if not variables else "a name after `,`")
+            self.expect("in", help="write `for i in 0..n { … }`")
+            values = self.expression()
+            variables.append(
+                ast.LoopVariable(self.span(name), str(name.value), self.token_span(name), values)
+            )
+            if self.token.kind != ",":
+                break
+            self.advance()
+        if self.token.kind != "{":
+            self.expected("`{` and the loop's body", "write `for i in 0..n { … }`")
+        return ast.For(self.span(start), tuple(variables), self.block())
+
+
+def _as_float(token: Token) -> float:
+    assert isinstance(token.value, float)
+    return token.value

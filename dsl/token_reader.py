@@ -1,0 +1,183 @@
+"""Tokens with one in view: reporting what is wrong with them and going on after a fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NoReturn, TypeVar
+
+from dsl.budget import Limits
+from dsl.codes import diagnostic
+from dsl.diagnostics import Diagnostic, Label
+from dsl.spans import Source, Span
+from dsl.tokens import KEYWORDS, Token, describe
+
+_Item = TypeVar("_Item")
+
+
+class SyntaxFault(Exception):
+    """The statement being read cannot be completed; its fault has been reported."""
+
+
+class Abandon(Exception):
+    """The rest of the source is not worth reading."""
+
+
+class TokenReader:
+    """Tokens with a position; a statement reports its first fault only."""
+
+    def __init__(
+        self, source: Source, tokens: list[Token], diagnostics: list[Diagnostic], limits: Limits
+    ) -> None:
+        self.source = source
+        self.tokens = tokens
+        self.diagnostics = diagnostics
+        self.limits = limits
+        self.position = 0
+        self.token = tokens[0]
+        self.nesting = 0
+        self.tainted = False  # a fault in this statement has been reported
+        self.unclosed = False  # so has a block that reaches the end of the file
+
+    def advance(self) -> Token:
+        """The current token; the next one comes into view."""
+        token = self.token
+        self.tainted |= token.kind == "fault"
+        if token.kind != "end":
+            self.position += 1
+            self.token = self.tokens[self.position]
+        return token
+
+    def next_kind(self) -> str:
+        """The kind of the token after the current."""
+        return self.tokens[min(self.position + 1, len(self.tokens) - 1)].kind
+
+    def span(self, start: Token) -> Span:
+        """From a token to the one before the current."""
+        end = self.tokens[self.position - 1].end if self.position else start.end
+        return Span(self.source, start.start, max(end, start.start))
+
+    def token_span(self, token: Token) -> Span:
+        """The place of a token."""
+        return Span(self.source, token.start, token.end)
+
+    def skip_newlines(self) -> None:
+        """Go on to the next line with words."""
+        while self.token.kind == "newline":
+            self.advance()
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        place: Token | Span,
+        text: str = "",
+        *,
+        help: str | None = None,
+        secondary: tuple[Label, ...] = (),
+    ) -> None:
+        """Report a fault, unless this statement has had one."""
+        if not self.tainted:
+            span = place if isinstance(place, Span) else self.token_span(place)
+            self.diagnostics.append(
+                diagnostic(code, message, span, text, help=help, secondary=secondary)
+            )
+        self.tainted = True
+        if len(self.diagnostics) >= self.limits.diagnostics:
+            raise Abandon
+
+    def expected(
+        self, what: str, help: str | None = None, secondary: tuple[Label, ...] = ()
+    ) -> NoReturn:
+        """Give up the statement because something else is due here."""
+        if self.token.kind == "fault":
+            self.tainted = True
+        place = self.token
+        if place.kind == "newline":
+            place = Token("newline", place.start, place.start)
+        self.report(
+            "syntax-expected",
+            f"expected {what}, found {describe(self.token)}",
+            place,
+            help=help,
+            secondary=secondary,
+        )
+        raise SyntaxFault
+
+    def expect(self, kind: str, help: str | None = None) -> Token:
+        """The current token, which is to be of that kind."""
+        if self.token.kind != kind:
+            self.expected(f"`{kind}`", help)
+        return self.advance()
+
+    def recover(self) -> None:
+        """Skip to the end of the statement: a newline or the brace that closes the block."""
+        depth = 0
+        while self.token.kind != "end":
+            kind = self.token.kind
+            if depth == 0 and kind in ("newline", "}"):
+                return
+            if kind in ("(", "[", "{"):
+                depth += 1
+            elif kind in (")", "]", "}"):
+                depth = max(0, depth - 1)
+            self.advance()
+
+    def deeper(self, token: Token) -> None:
+        """Enter a bracket, block or prefix; `nesting` goes back by one at its end."""
+        self.nesting += 1
+        if self.nesting > self.limits.nesting:
+            self.report(
+                "limit-nesting",
+                f"more than {self.limits.nesting} brackets, blocks or prefixes within one another",
+                token,
+                help="name the inner parts with `let`",
+            )
+            raise Abandon
+
+    def binding_name(self, what: str) -> Token:
+        """A name that is being defined."""
+        token = self.token
+        if token.kind == "name":
+            return self.advance()
+        if token.kind == "reserved" or token.kind in KEYWORDS:
+            self.report(
+                "syntax-reserved-word",
+                f"`{token.value or token.kind}` is a word of the language and cannot be a name",
+                token,
+                help="choose another name",
+            )
+            raise SyntaxFault
+        return self.expected(what)
+
+    def sequence(
+        self, opener: Token, closer: str, what: str, item: Callable[[], _Item]
+    ) -> list[_Item]:
+        """Items between brackets, separated by commas; the last may be followed by one."""
+        self.deeper(opener)
+        items: list[_Item] = []
+        while self.token.kind != closer:
+            if self.token.kind == ",":
+                self.expected(f"an {what}" if what[0] in "aeiou" else f"a {what}")
+            items.append(item())
+            if self.token.kind != ",":
+                break
+            self.advance()
+        self.close(opener, closer, f"`,` or `{closer}`")
+        return items
+
+    def close(self, opener: Token, closer: str, expected: str = "") -> None:
+        """The end of a bracket."""
+        kind = self.token.kind
+        if kind != closer:
+            label = Label(self.token_span(opener), f"this `{opener.kind}` is open")
+            if kind in ("newline", "end", "let", "fn", "use", "}"):
+                self.report(
+                    "syntax-unclosed",
+                    f"this `{opener.kind}` is never closed",
+                    opener,
+                    help=f"add a `{closer}` for it",
+                )
+                raise SyntaxFault
+            self.expected(expected or f"`{closer}`", secondary=(label,))
+        self.advance()
+        self.nesting -= 1
