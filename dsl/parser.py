@@ -57,8 +57,8 @@ class _Parser(ExpressionParser):
                 if not ended:
                     self.end_of_statement_expected()
             except SyntaxFault:
-                self.nesting = nesting
                 self.recover()
+            self.nesting = nesting
 
     def end_of_statement_expected(self) -> NoReturn:
         help = None
