@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from dsl import ast
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.files import Files
+from dsl.kinds import ANGLE, COLOR, INTERVAL
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
-from dsl.values import POISON, Builtin, Parameter, Signature, Value
+from dsl.values import POISON, Builtin, Parameter, Signature, Value, format_number
 
 
 class Given(NamedTuple):
@@ -95,13 +96,14 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         positional = [item for item in given if item.argument.name is None]
         rest = positional[len(names) :]
         given = [item for item in given if item not in rest]
+    several = len(builtin.signatures) > 1
     form = " or ".join(_form(builtin.name, each) for each in builtin.signatures)
     taken = assign(builtin.name, names, given, site.span, form)
     values: list[Any] = []
     for parameter in signature.parameters:
         if (item := taken.get(parameter.name)) is not None:
             site.expressions[parameter.name] = item.argument.value
-            values.append(_convert(parameter, item))
+            values.append(_convert(parameter, item, form if several else None))
         elif parameter.required:
             raise Fault(
                 "type-missing-argument",
@@ -113,16 +115,20 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
             values.append(parameter.default)
     if signature.rest is not None:
         extra = Parameter(builtin.name, signature.rest)
-        values.append(tuple(_convert(extra, item, "an argument of ") for item in rest))
+        values.append(tuple(_convert(extra, item, None, "an argument of ") for item in rest))
     result: Value = signature.function(site, *values)
     return result
 
 
-def _convert(parameter: Parameter, item: Given, of: str = "") -> Any:
+def _convert(parameter: Parameter, item: Given, form: str | None, of: str = "") -> Any:
+    """The argument's Python value; `form` helps where there is more than one way to call."""
     value = parameter.kind.convert(item.value)
     if value is None:
         subject = f"{of}`{parameter.name}`"
-        raise mismatch(subject, parameter.kind.name, item.value, item.argument.value)
+        fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
+        if fault.diagnostic.help is None and form is not None:
+            fault.diagnostic = replace(fault.diagnostic, help=f"it is called as {form}")
+        raise fault
     return value
 
 
@@ -145,7 +151,26 @@ def _choose(builtin: Builtin, given: Sequence[Given]) -> Signature:
 
 
 def _form(name: str, signature: Signature) -> str:
-    words = [p.name if p.required else f"{p.name}:" for p in signature.parameters]
+    words = [_shown(parameter) for parameter in signature.parameters]
     if signature.rest is not None:
         words.append("…")
     return f"`{name}({', '.join(words)})`"
+
+
+def _shown(parameter: Parameter) -> str:
+    """The parameter as the reference writes it, `name: default`."""
+    name, default = parameter.name, parameter.default
+    if parameter.required:
+        return name
+    if isinstance(default, str):
+        return f'{name}: "{default}"'
+    if isinstance(default, bool):
+        return f"{name}: {str(default).lower()}"
+    if isinstance(default, tuple):
+        numbers = [format_number(component) for component in default]
+        if parameter.kind is INTERVAL:
+            return f"{name}: {'..'.join(numbers)}"
+        return f"{name}: {'rgb' if parameter.kind is COLOR else ''}({', '.join(numbers)})"
+    if default is None:
+        return f"{name}:"
+    return f"{name}: {format_number(default)}{'deg' if parameter.kind is ANGLE else ''}"

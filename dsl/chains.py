@@ -56,7 +56,7 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
                 span = node.span
                 if following is not None:
                     span = Span(span.source, span.start, suffix.span.end)
-                value = yield from _call(run, value, name, given, span)
+                value = yield from _call(run, value, name, given, suffix, span)
     return _placed(run, value, steps, node.span)
 
 
@@ -82,7 +82,9 @@ def _site(run: Run, name: str, span: Span) -> Site:
     return Site(name, span, run.files, folder(span.source))
 
 
-def _call(run: Run, value: Value, name: str, given: list[Given], span: Span) -> Task:
+def _call(
+    run: Run, value: Value, name: str, given: list[Given], call: ast.Call, span: Span
+) -> Task:
     """The value of a call; `span` is the text from the start of the chain."""
     match value:
         case Builtin():
@@ -91,10 +93,11 @@ def _call(run: Run, value: Value, name: str, given: list[Given], span: Span) -> 
         case Closure():
             return (yield from _call_closure(run, value, given, span))
         case _:
+            callee = Span(span.source, span.start, call.span.start)
             raise Fault(
                 "type-not-callable",
                 f"{type_name(value)} cannot be called",
-                span,
+                callee,
                 help="only functions can be called",
             )
 

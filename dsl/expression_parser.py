@@ -8,7 +8,7 @@ from typing import NoReturn
 from dsl import ast
 from dsl.diagnostics import Label
 from dsl.token_reader import SyntaxFault, TokenReader
-from dsl.tokens import KEYWORDS, Token
+from dsl.tokens import KEYWORDS, Token, describe
 
 _LEVELS = {
     "or": 0,
@@ -27,6 +27,7 @@ _LEVELS = {
     "%": 6,
 }
 """Binding strength of the binary operators; `not` stands at 2, unary `-` above all."""
+_NEWLINE = "a newline ends a statement unless a round or square bracket is open"
 _NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
 
 
@@ -191,16 +192,30 @@ class ExpressionParser(TokenReader, ABC):
                     help="it will have a meaning in a later version",
                 )
                 raise SyntaxFault
+            case "newline" if self.tokens[self.position - 1].kind in _LEVELS:
+                return self.after_newline()
             case _:
                 return self.no_expression()
+
+    def after_newline(self) -> ast.Expression:
+        """Refuse a newline after an operator, and take the next line for its operand."""
+        token = self.token
+        self.report(
+            "syntax-expected",
+            f"expected an expression, found {describe(token)}",
+            Token(token.kind, token.start, token.start),
+            help=_NEWLINE,
+        )
+        self.skip_newlines()
+        if self.token.kind not in ("let", "fn", "use", "for", "if", "}", "end"):
+            self.prefix()
+        return ast.Missing(self.span(token))
 
     def no_expression(self) -> NoReturn:
         """Refuse what cannot begin an expression."""
         help = None
         before = self.tokens[self.position - 1].kind if self.position else ""
-        if self.token.kind == "newline" and before in _LEVELS:
-            help = "a newline ends a statement unless a round or square bracket is open"
-        elif self.token.kind == ".":
+        if self.token.kind == ".":
             help = "a number begins with a digit: `0.5`"
         elif self.token.kind == "else":
             help = "put `else` on the line of the `}` before it"
@@ -208,7 +223,7 @@ class ExpressionParser(TokenReader, ABC):
             self.report("syntax-unmatched", f"this `{self.token.kind}` closes nothing", self.token)
             raise SyntaxFault
         elif self.token.kind in ("*", "/", "%", "+") and before in ("newline", "{", "}"):
-            help = "a newline ends a statement unless a round or square bracket is open"
+            help = _NEWLINE
         self.expected("an expression", help)
 
     def parenthesised(self) -> ast.Expression:

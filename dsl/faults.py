@@ -62,10 +62,14 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
             help = f"write `{number}` without a unit"
         else:
             help = "divide it by a unit to have its number: `… / 1deg`"
+    elif due == "an interval of angles" and found == "an interval of numbers":
+        code, help = "type-angle-unit", "give both ends a unit: `0deg..90deg`"
+    elif due == "an interval of numbers" and found == "an interval of angles":
+        code, help = "type-angle-unit", "write both ends without a unit"
     elif due == "a color" and found == "a vector of 3":
         help = f"write `rgb{source_text(expression.span)}`"
         if not isinstance(expression, ast.VectorLiteral):
             help = "make it of components: `rgb(v.x, v.y, v.z)`"
     elif found == "a function" and isinstance(expression, ast.Name):
         help = f"call it: `{expression.name}()`"
-    return Fault(code, f"{subject} is {due}, not {found}", expression.span, help=help)
+    return Fault(code, f"{subject} must be {due}, not {found}", expression.span, help=help)

@@ -233,7 +233,7 @@ class _Lexer:
             )
             self.add("color", match.start(), match.end(), (red, green, blue))
             return
-        help = "a colour has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"
+        help = "a color has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"
         if re.fullmatch("[0-9a-fA-F]{3}", digits):
             help = f"write `#{''.join(2 * digit for digit in digits)}`"
         self.fault("syntax-color", f"`{match[0][:40]}` is no color", *match.span(), help=help)

@@ -62,7 +62,7 @@ def _perspective(
     if not 0.0 < fov < 180.0:
         raise site.fault(
             "value-out-of-range",
-            f"`fov` = {format_number(fov)}° is not between 0° and 180°",
+            f"fov = {format_number(fov)}° is not between 0° and 180°",
             "fov",
         )
     camera = _camera(site, "perspective", 2.0 * tangent(0.5 * fov), *rest)
@@ -74,7 +74,7 @@ def _orthographic(
 ) -> Instances:
     if height <= 0.0:
         raise site.fault(
-            "value-out-of-range", f"`height` = {format_number(height)} is not above 0", "height"
+            "value-out-of-range", f"height = {format_number(height)} is not above 0", "height"
         )
     camera = _camera(site, "orthographic", height, *rest)
     return Instances(camera, look_at(site, origin, at, up), origin=Origin(site.span))
@@ -88,7 +88,7 @@ def _camera(
     if far <= near:
         raise site.fault(
             "value-order",
-            f"`near` = {format_number(near)} is not below `far` = {format_number(far)}",
+            f"near = {format_number(near)} is not below far = {format_number(far)}",
             "far",
         )
     return Camera(projection, height, near=near, far=far, name=name, origin=Origin(site.span))
@@ -103,7 +103,7 @@ def _settings(site: Site, *values: Any) -> Settings:
     _check_choice(site, "precision", given.get("precision"), get_args(Precision))
     if given.get("occlusion_distance", 1.0) <= 0.0:
         raise site.fault(
-            "value-out-of-range", "`occlusion_distance` is not above 0", "occlusion_distance"
+            "value-out-of-range", "occlusion_distance is not above 0", "occlusion_distance"
         )
     return Settings(**given, origin=Origin(site.span))
 
@@ -111,7 +111,7 @@ def _settings(site: Site, *values: Any) -> Settings:
 def _whole(site: Site, name: str, value: float, largest: int) -> int:
     if value != int(value):
         raise site.fault(
-            "value-not-an-integer", f"`{name}` = {format_number(value)} is not a whole number", name
+            "value-not-an-integer", f"{name} = {format_number(value)} is not a whole number", name
         )
     check_range(site, name, value, 1.0, float(largest))
     return int(value)

@@ -55,6 +55,7 @@ class _Condition:
     factor: float
     right: str
     bound: float
+    where: str = ""
 
     @property
     def largest(self) -> float:
@@ -85,7 +86,13 @@ def _conditions(kind: ShapeKind, p: dict[str, float]) -> list[_Condition]:
                 # 1 − s without cancellation: 2 sin²((90° − span/2)/2).
                 t = sine((90.0 - span / 2.0) / 2.0)
                 conditions.append(
-                    _Condition("bevel·(1 − s)", 2.0 * t * t, "r0·s, s = sin(span/2),", p["r0"] * s)
+                    _Condition(
+                        "bevel·(1 − s)",
+                        2.0 * t * t,
+                        "r0·s",
+                        p["r0"] * s,
+                        f", where s = sin(span/2) = {s:.6g}",
+                    )
                 )
             return conditions
         case _:
@@ -100,22 +107,35 @@ def _broken_bevel(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
         left = condition.factor * bevel
         if left > condition.bound:
             largest = largest_bevel(kind, list(p.values()))
+            left_words, bound_words = _distinct(left, condition.bound)
             return Broken(
                 "value-bevel",
-                f"{condition.left} = {number(left)} exceeds {condition.right} = "
-                f"{number(condition.bound)}".replace(", =", " ="),
+                f"{condition.left} = {left_words} exceeds {condition.right} = {bound_words}"
+                f"{condition.where}",
                 ("bevel",),
-                f"the bevel can be at most {largest:.6g}",
+                f"the bevel can be at most {_below(largest)}",
             )
     return None
 
 
+def _distinct(a: float, b: float) -> tuple[str, str]:
+    """Two different numbers with six digits, or as many as show the difference."""
+    digits = next(n for n in range(6, 18) if f"{a:.{n}g}" != f"{b:.{n}g}")
+    return f"{a:.{digits}g}", f"{b:.{digits}g}"
+
+
+def _below(value: float) -> str:
+    """A number with at most six digits that is not above the value."""
+    rounded = f"{value:.6g}"
+    return rounded if float(rounded) <= value * (1.0 + 2.0**-50) else number(value)
+
+
 def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
-    def positive(name: str) -> Broken | None:
+    def positive(name: str, help: str | None = None) -> Broken | None:
         if p[name] > 0.0:
             return None
         message = f"{name} = {number(p[name])} is not greater than 0"
-        return Broken("value-out-of-range", message, (name,))
+        return Broken("value-out-of-range", message, (name,), help)
 
     def ordered(low: str, high: str) -> Broken | None:
         if p[low] < p[high]:
@@ -146,9 +166,11 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
         case ShapeKind.TRIANGLE:
             return _broken_triangle(p)
         case ShapeKind.RING:
-            return positive("r0") or ordered("r0", "r1") or ordered("y0", "y1")
+            bore = positive("r0", "a ring without a bore is a `cylinder`")
+            return bore or ordered("r0", "r1") or ordered("y0", "y1")
         case ShapeKind.WEDGE:
-            broken = positive("r0") or ordered("r0", "r1") or ordered("y0", "y1")
+            bore = positive("r0", "a wedge begins off the axis: give `r` a small start")
+            broken = bore or ordered("r0", "r1") or ordered("y0", "y1")
             broken = broken or ordered("phi0", "phi1")
             if broken is None and p["phi1"] - p["phi0"] >= 360.0:
                 span = number(p["phi1"] - p["phi0"])

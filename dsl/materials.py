@@ -33,9 +33,7 @@ def check_range(
     if value < low or (high is not None and value > high):
         bounds = f"below {format_number(low)}" if high is None or value < low else ""
         bounds = bounds or f"above {format_number(high or 0.0)}"
-        raise site.fault(
-            "value-out-of-range", f"`{name}` = {format_number(value)} is {bounds}", name
-        )
+        raise site.fault("value-out-of-range", f"{name} = {format_number(value)} is {bounds}", name)
 
 
 def check_color(site: Site, name: str, color: _Rgb) -> None:

@@ -16,6 +16,9 @@ from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import Binding
 
+_MOVE_UP = "a `let` is visible only after it: move it up"
+_NEST = "all ranges are evaluated before the loop: put a second `for` into its body"
+
 
 @dataclass(slots=True)
 class Resolution:
@@ -32,11 +35,11 @@ class Resolution:
 
 @dataclass(slots=True)
 class _Frame:
-    """Names of one scope; `later` are those that its block defines further down."""
+    """Names of one scope; `later` are those it defines further down, with what to do about it."""
 
     parent: _Frame | None
     names: dict[str, Binding] = field(default_factory=dict)
-    later: dict[str, Span] = field(default_factory=dict)
+    later: dict[str, tuple[Span, str]] = field(default_factory=dict)
 
 
 def resolve(module: ast.Module, builtins: dict[str, Binding]) -> Resolution:
@@ -68,7 +71,7 @@ class _Resolver:
 
     def use(self, node: ast.Name, frame: _Frame) -> None:
         known: set[str] = set()
-        later: Span | None = None
+        later: tuple[Span, str] | None = None
         scope: _Frame | None = frame
         while scope is not None:
             binding = scope.names.get(node.name)
@@ -81,8 +84,8 @@ class _Resolver:
         help = did_you_mean(node.name, known)
         secondary: tuple[Label, ...] = ()
         if later is not None:
-            help = "a `let` is visible only after it: move it up"
-            secondary = (Label(later, "defined only here"),)
+            place, help = later
+            secondary = (Label(place, "defined only here"),)
         self.result.diagnostics.append(
             diagnostic(
                 "name-unknown",
@@ -99,7 +102,7 @@ class _Resolver:
             if isinstance(statement, ast.Function):
                 self.define(statement, statement.name, statement.name_span, frame)
             elif isinstance(statement, ast.Let | ast.Use):
-                frame.later.setdefault(statement.name, statement.name_span)
+                frame.later.setdefault(statement.name, (statement.name_span, _MOVE_UP))
         for statement in block.statements:
             match statement:
                 case ast.Let():
@@ -151,8 +154,9 @@ class _Resolver:
                     self.block(node.otherwise, frame)
             case ast.For():
                 inner = _Frame(frame)
+                variables = {v.name: (v.name_span, _NEST) for v in node.variables}
                 for variable in node.variables:
-                    self.expression(variable.range, frame)
+                    self.expression(variable.range, _Frame(frame, later=variables))
                 for variable in node.variables:
                     self.define(variable, variable.name, variable.name_span, inner)
                 self.block(node.body, inner)

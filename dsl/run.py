@@ -88,7 +88,11 @@ class Run:
                 continue
             self._steps += 1
             if self._steps > self.limits.steps:
-                self.exhaust("limit-steps", f"more than {self.limits.steps} steps", expression.span)
+                self.exhaust(
+                    "limit-steps",
+                    f"the program takes more than {self.limits.steps} steps",
+                    expression.span,
+                )
             try:
                 value = self.handlers[type(expression)](self, expression, scope)
             except (Fault, Poisoned) as fault:
@@ -135,8 +139,13 @@ class Run:
             self.exhaust("limit-list-length", message, span)
 
     def _context_labels(self) -> tuple[Label, ...]:
-        """The three innermost calls and loops, innermost first."""
-        return tuple(_label(entry) for entry in reversed(self.context[-3:]))
+        """The three innermost distinct calls and loops, innermost first."""
+        labels: dict[Label, None] = {}
+        for entry in reversed(self.context):
+            labels[_label(entry)] = None
+            if len(labels) == 3:
+                break
+        return tuple(labels)
 
 
 def _label(entry: Context) -> Label:

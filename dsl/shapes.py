@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dsl.calls import Site
-from dsl.faults import Fault
 from dsl.files import FileFault
 from dsl.kinds import ANGLES, INTERVAL, NUMBER, STRING, VECTOR2, VECTOR3
 from dsl.limits import broken_limit, largest_bevel
 from dsl.scene import File, Origin, Shape, ShapeKind, Vector
-from dsl.values import Builtin, Parameter, Signature
+from dsl.values import Builtin, Parameter, Signature, format_number
 
 _Pair = tuple[float, float]
 
@@ -24,21 +23,22 @@ def _shape(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
         if parameters[-1] <= limit * _ROUNDING:
             parameters, broken = (*parameters[:-1], limit), None
     if broken is not None:
-        expressions = (
-            site.expressions.get(_ARGUMENTS.get(name, name)) for name in broken.parameters
+        arguments = (
+            word for name in broken.parameters for word in (name, *_ARGUMENTS.get(name, ()))
         )
-        blamed = next((e.span for e in expressions if e is not None), site.span)
-        raise Fault(broken.code, broken.message, blamed, help=broken.help)
+        blamed = next((word for word in arguments if word in site.expressions), None)
+        raise site.fault(broken.code, broken.message, blamed, broken.help)
     return Shape(kind, parameters, Origin(site.span))
 
 
 _ARGUMENTS = {
-    **{f"{axis}{end}": "size" for axis in "xyz" for end in "01"},
-    **{name: name[0] for name in ("r0", "r1", "y0", "y1")},
-    **{f"{corner}x": corner for corner in "abc"},
-    **{"phi0": "phi", "phi1": "phi", "size_x": "size", "size_z": "size"},
+    **{f"{axis}{end}": (axis, "max") for axis in "xyz" for end in "01"},
+    **{name: (name[:-1],) for name in ("r0", "r1", "phi0", "phi1")},
+    **{f"{corner}x": (corner,) for corner in "abc"},
+    "size_x": ("size",),
+    "size_z": ("size",),
 }
-"""The argument that gives a parameter, where it has another name."""
+"""The arguments that may give a parameter, where they have other names."""
 
 
 def _sphere(site: Site, radius: float) -> Shape:
@@ -46,6 +46,10 @@ def _sphere(site: Site, radius: float) -> Shape:
 
 
 def _box(site: Site, size: Vector, bevel: float) -> Shape:
+    for axis, length in zip("xyz", size, strict=True):
+        if length <= 0.0:
+            message = f"size.{axis} = {format_number(length)} is not greater than 0"
+            raise site.fault("value-out-of-range", message, "size")
     x, y, z = (0.5 * length for length in size)
     return _shape(site, ShapeKind.BOX, (-x, -y, -z, x, y, z, bevel))
 

@@ -131,7 +131,9 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
         help = f"combine transforms by a product: `{name}(…) * t` applies `t` first"
     else:
         help = did_you_mean(name, known)
-        if help is None and name in BUILTINS:
+        if name in ("material", "override"):
+            help = "only objects have a material"
+        elif help is None and name in BUILTINS and name not in PLACE:
             help = f"`{name}` is a function: write `{name}(…)` around the value"
         elif help is None and known:
             help = f"it has {', '.join(f'`{word}`' for word in known)}"

@@ -180,7 +180,6 @@ _NAMES: dict[type, str] = {
     str: "a string",
     Angle: "an angle",
     Color: "a color",
-    Interval: "an interval",
     List: "a list",
     Closure: "a function",
     Builtin: "a function",
@@ -199,6 +198,8 @@ def type_name(value: Value) -> str:
     """The value's type with its article, as messages say it."""
     if isinstance(value, Vector):
         return f"a vector of {len(value.components)}"
+    if isinstance(value, Interval):
+        return f"an interval of {'angles' if isinstance(value.start, Angle) else 'numbers'}"
     return _NAMES.get(type(value), "an object")
 
 

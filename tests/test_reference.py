@@ -2,8 +2,8 @@
 
 An example is a `##` section with one source block and one outcome block. The source is
 ```` ```ovolo ````, followed by words `name=value` for the limits it is run under; further blocks
-```` ```ovolo bricks.ovo ```` are files beside it, and a ```` ```usda ```` block is a stage that must
-give the same IR. The outcome is `ir`, the canonical text; `diagnostics`, their exact
+```` ```ovolo bricks.ovo ```` are files beside it, and a ```` ```usda ```` block is a stage that
+must give the same IR. The outcome is `ir`, the canonical text; `diagnostics`, their exact
 rendering; or `picture`, what a ray through each character hits: `a` for prototype 0, and so on.
 """
 
@@ -21,6 +21,7 @@ import pytest
 from compiler.flatten import flatten
 from compiler.ir import ORTHOGRAPHIC, SceneIR
 from compiler.ir_text import print_ir
+from compiler.mesh import load_file
 from dsl.budget import Limits
 from dsl.codes import CODES
 from dsl.diagnostics import Diagnostic
@@ -85,13 +86,14 @@ def run(example: Example, folder: Path) -> str:
 
 def outcome(graph: SceneGraph | None, found: list[Diagnostic], files: Files, kind: str) -> str:
     if graph is not None:
-        flat = flatten(graph, lambda file: None)
-        found = [*found, *flat.diagnostics]
+        ir, more, _ = flatten(graph, lambda file: load_file(file, files))
+        found = [*found, *more]
     if kind == "diagnostics":
         return render_diagnostics(found)
-    assert graph is not None, render_diagnostics(found)
     assert not found, render_diagnostics(found)
-    return print_ir(flat.ir) if kind == "ir" else picture(flat.ir)
+    assert graph is not None
+    assert ir is not None
+    return print_ir(ir) if kind == "ir" else picture(ir)
 
 
 def picture(ir: SceneIR) -> str:
@@ -99,7 +101,8 @@ def picture(ir: SceneIR) -> str:
     kernel = pytest.importorskip("runtime._kernel").Kernel(ir, "float64")
     camera = ir.cameras[0]
     y, x = np.meshgrid(
-        0.5 - (np.arange(ROWS) + 0.5) / ROWS, (np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5,
+        0.5 - (np.arange(ROWS) + 0.5) / ROWS,
+        (np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5,
         indexing="ij",
     )
     window = camera["height"] * np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
@@ -147,8 +150,11 @@ def test_names_are_unique() -> None:
 
 
 def test_every_code_of_the_language_has_an_example() -> None:
-    shown = set(re.findall(r"^(?:error|warning)\[(.*?)\]", "\n".join(e.outcome for e in EXAMPLES), re.M))
-    assert {c for c in CODES if not c.startswith("usd-")} - shown == set()
+    shown = set(
+        re.findall(r"^(?:error|warning)\[(.*?)\]", "\n".join(e.outcome for e in EXAMPLES), re.M)
+    )
+    phases = ("syntax-", "name-", "type-", "value-", "file-", "limit-")
+    assert {code for code in CODES if code.startswith(phases)} - shown == set()
 
 
 def test_dump(request: pytest.FixtureRequest) -> None:
