@@ -1,11 +1,15 @@
 //! Vectorised ray tracing over a flat, instanced scene.
 //!
 //! Pure Rust but for [`python`]: `cargo test` alone tests it.
+pub mod bvh;
+mod instance;
 pub mod lanes;
 pub mod ray;
 pub mod render;
 pub mod scalar;
+pub mod scene;
 pub mod shapes;
+pub mod trace;
 
 #[cfg(feature = "python")]
 mod python;

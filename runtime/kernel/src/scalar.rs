@@ -16,6 +16,11 @@ pub trait Scalar:
     /// Least positive normal number.
     const MIN_POSITIVE: Self;
 
+    /// The bits of the exponent.
+    const EXPONENT_BITS: u64;
+    /// The bits of 2^e from these leave the bits of 2^−e.
+    const UNIT_SCALE_BITS: u64;
+
     /// Nearest value.
     fn from_f64(x: f64) -> Self;
     /// Exact.
@@ -31,6 +36,8 @@ impl Scalar for f32 {
     const ONE: f32 = 1.0;
     const INFINITY: f32 = f32::INFINITY;
     const MIN_POSITIVE: f32 = f32::MIN_POSITIVE;
+    const EXPONENT_BITS: u64 = 0x7f80_0000;
+    const UNIT_SCALE_BITS: u64 = 0x7f00_0000;
 
     #[inline(always)]
     fn from_f64(x: f64) -> f32 {
@@ -55,6 +62,8 @@ impl Scalar for f64 {
     const ONE: f64 = 1.0;
     const INFINITY: f64 = f64::INFINITY;
     const MIN_POSITIVE: f64 = f64::MIN_POSITIVE;
+    const EXPONENT_BITS: u64 = 0x7ff0_0000_0000_0000;
+    const UNIT_SCALE_BITS: u64 = 0x7fe0_0000_0000_0000;
 
     #[inline(always)]
     fn from_f64(x: f64) -> f64 {

@@ -2,6 +2,7 @@
 use std::arch::x86_64::*;
 
 use super::{InstructionSet, Isa, Lanes, Mask, Task, operators};
+use crate::scalar::Scalar;
 
 macro_rules! lanes {
     (
@@ -9,7 +10,7 @@ macro_rules! lanes {
         $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
         $min:ident $max:ident $and:ident $or:ident $and_not:ident $xor:ident $compare:ident
         $blend:ident $bits:ident $from_integers:ident;
-        $splat_integer:ident $equal:ident $powers:expr
+        $splat_integer:ident $to_integers:ident $sub_integers:ident $equal:ident $powers:expr
     ) => {
         #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
         #[derive(Clone, Copy)]
@@ -85,6 +86,18 @@ macro_rules! lanes {
                 })
             }
             #[inline(always)]
+            fn unit_scale(self) -> $name {
+                // SAFETY: as above.
+                $name(unsafe {
+                    let exponent = $splat_integer($scalar::EXPONENT_BITS as _);
+                    let minuend = $splat_integer($scalar::UNIT_SCALE_BITS as _);
+                    $from_integers($sub_integers(
+                        minuend,
+                        _mm256_and_si256($to_integers(self.0), exponent),
+                    ))
+                })
+            }
+            #[inline(always)]
             fn lt(self, other: $name) -> $mask {
                 // SAFETY: as above.
                 $mask(unsafe { $compare::<_CMP_LT_OQ>(self.0, other.0) })
@@ -149,7 +162,8 @@ lanes! {
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_sqrt_ps
     _mm256_min_ps _mm256_max_ps _mm256_and_ps _mm256_or_ps _mm256_andnot_ps _mm256_xor_ps
     _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_castsi256_ps;
-    _mm256_set1_epi32 _mm256_cmpeq_epi32 _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)
+    _mm256_set1_epi32 _mm256_castps_si256 _mm256_sub_epi32 _mm256_cmpeq_epi32
+    _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)
 }
 operators!(F32x8: Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps);
 operators!(MaskF32: BitAnd bitand _mm256_and_ps, BitOr bitor _mm256_or_ps);
@@ -159,7 +173,8 @@ lanes! {
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_sqrt_pd
     _mm256_min_pd _mm256_max_pd _mm256_and_pd _mm256_or_pd _mm256_andnot_pd _mm256_xor_pd
     _mm256_cmp_pd _mm256_blendv_pd _mm256_movemask_pd _mm256_castsi256_pd;
-    _mm256_set1_epi64x _mm256_cmpeq_epi64 _mm256_setr_epi64x(1, 2, 4, 8)
+    _mm256_set1_epi64x _mm256_castpd_si256 _mm256_sub_epi64 _mm256_cmpeq_epi64
+    _mm256_setr_epi64x(1, 2, 4, 8)
 }
 operators!(F64x4: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
 operators!(MaskF64: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd);
@@ -172,6 +187,7 @@ impl Isa for Avx2 {
     const SET: InstructionSet = InstructionSet::Avx2;
     type F32 = F32x8;
     type F64 = F64x4;
+    type F32UpTo8 = F32x8;
 
     #[inline(always)]
     fn narrow(low: F64x4, high: F64x4) -> F32x8 {

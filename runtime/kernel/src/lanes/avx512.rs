@@ -2,13 +2,15 @@
 use std::arch::x86_64::*;
 
 use super::{InstructionSet, Isa, Lanes, Mask, Task, operators};
+use crate::scalar::Scalar;
 
 macro_rules! lanes {
     (
         $name:ident($vector:ident) of $width:literal $scalar:ident, $mask:ident;
         $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
         $abs:ident $min:ident $max:ident $and:ident $or:ident $and_not:ident $xor:ident
-        $compare:ident $blend:ident $reduce_min:ident
+        $compare:ident $blend:ident $reduce_min:ident;
+        $splat_bits:ident $to_bits:ident $from_bits:ident $and_bits:ident $sub_bits:ident
     ) => {
         #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
         #[derive(Clone, Copy)]
@@ -81,6 +83,15 @@ macro_rules! lanes {
                 $name(unsafe {
                     let bit = $splat(-0.0);
                     $or($and_not(bit, self.0), $and(bit, sign.0))
+                })
+            }
+            #[inline(always)]
+            fn unit_scale(self) -> $name {
+                // SAFETY: as above.
+                $name(unsafe {
+                    let exponent = $splat_bits($scalar::EXPONENT_BITS as _);
+                    let minuend = $splat_bits($scalar::UNIT_SCALE_BITS as _);
+                    $from_bits($sub_bits(minuend, $and_bits($to_bits(self.0), exponent)))
                 })
             }
             #[inline(always)]
@@ -165,7 +176,8 @@ lanes! {
     F32x16(__m512) of 16 f32, Mask16;
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps
     _mm512_sqrt_ps _mm512_abs_ps _mm512_min_ps _mm512_max_ps _mm512_and_ps _mm512_or_ps
-    _mm512_andnot_ps _mm512_xor_ps _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_reduce_min_ps
+    _mm512_andnot_ps _mm512_xor_ps _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_reduce_min_ps;
+    _mm512_set1_epi32 _mm512_castps_si512 _mm512_castsi512_ps _mm512_and_si512 _mm512_sub_epi32
 }
 operators!(F32x16: Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps, Div div _mm512_div_ps);
 
@@ -173,7 +185,8 @@ lanes! {
     F64x8(__m512d) of 8 f64, Mask8;
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd
     _mm512_sqrt_pd _mm512_abs_pd _mm512_min_pd _mm512_max_pd _mm512_and_pd _mm512_or_pd
-    _mm512_andnot_pd _mm512_xor_pd _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_reduce_min_pd
+    _mm512_andnot_pd _mm512_xor_pd _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_reduce_min_pd;
+    _mm512_set1_epi64 _mm512_castpd_si512 _mm512_castsi512_pd _mm512_and_si512 _mm512_sub_epi64
 }
 operators!(F64x8: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
 
@@ -185,6 +198,7 @@ impl Isa for Avx512 {
     const SET: InstructionSet = InstructionSet::Avx512;
     type F32 = F32x16;
     type F64 = F64x8;
+    type F32UpTo8 = super::avx2::F32x8;
 
     #[inline(always)]
     fn narrow(low: F64x8, high: F64x8) -> F32x16 {

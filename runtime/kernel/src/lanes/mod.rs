@@ -76,6 +76,9 @@ pub trait Lanes:
     fn max(self, other: Self) -> Self;
     /// The magnitude of `self` with the sign bit of `sign`.
     fn copy_sign(self, sign: Self) -> Self;
+    /// 2^−e where 2^e ≤ |self| < 2^(e+1): brings normal numbers into [1, 2). Meaningless for
+    /// others.
+    fn unit_scale(self) -> Self;
 
     /// self < other; false for NaN, as every comparison here.
     fn lt(self, other: Self) -> Self::Mask;
@@ -190,6 +193,8 @@ pub trait Isa: Copy + Send + Sync + 'static {
     type F32: Lanes<Scalar = f32>;
     /// Half as many lanes as `F32`.
     type F64: Lanes<Scalar = f64>;
+    /// Eight lanes, or `F32` where that has fewer: for things that come in eights.
+    type F32UpTo8: Lanes<Scalar = f32>;
 
     /// Rounds to nearest; the lanes of `low` come first.
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32;

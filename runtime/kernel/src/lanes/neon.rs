@@ -2,6 +2,7 @@
 use std::arch::aarch64::*;
 
 use super::{InstructionSet, Isa, Lanes, Mask, Task, operators};
+use crate::scalar::Scalar;
 
 macro_rules! lanes {
     (
@@ -9,7 +10,7 @@ macro_rules! lanes {
         $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
         $abs:ident $neg:ident $less:ident $less_equal:ident $equal:ident $select:ident;
         $integer:ident $splat_integer:ident $load_integer:ident $test:ident $and:ident $and_not:ident
-        $sum:ident $powers:expr
+        $sum:ident $to_integers:ident $from_integers:ident $sub_integers:ident $powers:expr
     ) => {
         #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
         #[derive(Clone, Copy)]
@@ -83,6 +84,15 @@ macro_rules! lanes {
                 })
             }
             #[inline(always)]
+            fn unit_scale(self) -> $name {
+                // SAFETY: as above.
+                $name(unsafe {
+                    let exponent = $splat_integer($scalar::EXPONENT_BITS as _);
+                    let minuend = $splat_integer($scalar::UNIT_SCALE_BITS as _);
+                    $from_integers($sub_integers(minuend, $and($to_integers(self.0), exponent)))
+                })
+            }
+            #[inline(always)]
             fn lt(self, other: $name) -> $mask {
                 // SAFETY: as above.
                 $mask(unsafe { $less(self.0, other.0) })
@@ -144,7 +154,8 @@ lanes! {
     F32x4(float32x4_t) of 4 f32, MaskF32(uint32x4_t);
     vdupq_n_f32 vld1q_f32 vst1q_f32 vfmaq_f32 vfmsq_f32 vsqrtq_f32
     vabsq_f32 vnegq_f32 vcltq_f32 vcleq_f32 vceqq_f32 vbslq_f32;
-    u32 vdupq_n_u32 vld1q_u32 vtstq_u32 vandq_u32 vbicq_u32 vaddvq_u32 [1, 2, 4, 8]
+    u32 vdupq_n_u32 vld1q_u32 vtstq_u32 vandq_u32 vbicq_u32 vaddvq_u32
+    vreinterpretq_u32_f32 vreinterpretq_f32_u32 vsubq_u32 [1, 2, 4, 8]
 }
 operators!(F32x4: Add add vaddq_f32, Sub sub vsubq_f32, Mul mul vmulq_f32, Div div vdivq_f32);
 operators!(MaskF32: BitAnd bitand vandq_u32, BitOr bitor vorrq_u32);
@@ -153,7 +164,8 @@ lanes! {
     F64x2(float64x2_t) of 2 f64, MaskF64(uint64x2_t);
     vdupq_n_f64 vld1q_f64 vst1q_f64 vfmaq_f64 vfmsq_f64 vsqrtq_f64
     vabsq_f64 vnegq_f64 vcltq_f64 vcleq_f64 vceqq_f64 vbslq_f64;
-    u64 vdupq_n_u64 vld1q_u64 vtstq_u64 vandq_u64 vbicq_u64 vaddvq_u64 [1, 2]
+    u64 vdupq_n_u64 vld1q_u64 vtstq_u64 vandq_u64 vbicq_u64 vaddvq_u64
+    vreinterpretq_u64_f64 vreinterpretq_f64_u64 vsubq_u64 [1, 2]
 }
 operators!(F64x2: Add add vaddq_f64, Sub sub vsubq_f64, Mul mul vmulq_f64, Div div vdivq_f64);
 operators!(MaskF64: BitAnd bitand vandq_u64, BitOr bitor vorrq_u64);
@@ -166,6 +178,7 @@ impl Isa for Neon {
     const SET: InstructionSet = InstructionSet::Neon;
     type F32 = F32x4;
     type F64 = F64x2;
+    type F32UpTo8 = F32x4;
 
     #[inline(always)]
     fn narrow(low: F64x2, high: F64x2) -> F32x4 {

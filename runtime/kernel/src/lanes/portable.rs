@@ -81,6 +81,10 @@ impl<S: Scalar, const N: usize> Lanes for Array<S, N> {
         Self(array::from_fn(|i| self.0[i].copy_sign(sign.0[i])))
     }
     #[inline(always)]
+    fn unit_scale(self) -> Self {
+        Self(self.0.map(Lanes::unit_scale))
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> Bools<N> {
         Bools(array::from_fn(|i| self.0[i] < other.0[i]))
     }
@@ -145,6 +149,7 @@ impl Isa for Portable {
     const SET: InstructionSet = InstructionSet::Portable;
     type F32 = Array<f32, 4>;
     type F64 = Array<f64, 2>;
+    type F32UpTo8 = Array<f32, 4>;
 
     #[inline(always)]
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32 {

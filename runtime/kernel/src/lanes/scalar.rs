@@ -1,5 +1,6 @@
 //! f32 and f64 as lanes of width one.
 use super::{Lanes, Mask};
+use crate::scalar::Scalar;
 
 impl Mask for bool {
     const WIDTH: usize = 1;
@@ -60,6 +61,11 @@ macro_rules! lanes {
             #[inline(always)]
             fn copy_sign(self, sign: $scalar) -> $scalar {
                 $scalar::copysign(self, sign)
+            }
+            #[inline(always)]
+            fn unit_scale(self) -> $scalar {
+                let exponent = Scalar::to_bits(self) & <$scalar as Scalar>::EXPONENT_BITS;
+                Scalar::from_bits(<$scalar as Scalar>::UNIT_SCALE_BITS.wrapping_sub(exponent))
             }
             #[inline(always)]
             fn lt(self, other: $scalar) -> bool {

@@ -49,6 +49,7 @@ fn every_operation<L: Lanes>(answers: &mut Answers, a: L, b: L, c: L) {
     note(answers, "min", a.min(b));
     note(answers, "max", a.max(b));
     note(answers, "copy_sign", a.copy_sign(b));
+    note(answers, "unit_scale", a.unit_scale());
     note(answers, "select", L::select(a.lt(b), c, a));
     note_mask(answers, "lt", a.lt(b));
     note_mask(answers, "le", a.le(b));

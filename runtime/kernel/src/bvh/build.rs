@@ -1,0 +1,332 @@
+//! Construction by the surface area heuristic, straight to eight children a node.
+//!
+//! A node begins with all its items as one part; the part of the largest area is cut in two
+//! until there are eight. Each cut is the best of the planes between equal bins of the box
+//! centres along each axis (Wald, "On fast construction of SAH-based bounding volume
+//! hierarchies", 2007); cutting the largest part first is the greedy form of collapsing a binary
+//! tree (Wald, Benthin, Boulos, "Getting rid of packets", 2008). Large parts are built in
+//! parallel; the tree does not depend on the number of threads.
+use super::{Bounds, Child, Node, NormalBounds, NormalSpace, Tree, WIDTH};
+
+/// Most items of a leaf.
+pub const LARGEST_LEAF: usize = 8;
+/// Most items of a tree: leaves hold where their items begin in 28 bits.
+pub const MAX_ITEMS: usize = 1 << LEAF_START_BITS;
+
+const LEAF_START_BITS: u32 = 28;
+const BINS: usize = 16;
+/// Parts from here on are worth a task of their own.
+const PARALLEL: usize = 4096;
+/// Splits above a node after which parts are halved by number: bounds the depth at
+/// SAH_DEPTH + log₂ of the items for any input.
+const SAH_DEPTH: u32 = 48;
+
+/// An item to be built over.
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: NormalBounds,
+    index: u32,
+}
+
+impl Item {
+    /// Twice the centre.
+    #[inline]
+    fn center(&self, axis: usize) -> f32 {
+        self.bounds.lower[axis] + self.bounds.upper[axis]
+    }
+}
+
+/// Builds over finite boxes `bounds`, at most `leaf_size` ≤ [`LARGEST_LEAF`] to a leaf.
+///
+/// `number` names each leaf by a number below 2³¹, given the indices of its boxes; it is called in
+/// the order of the leaves in the tree.
+pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32]) -> u32) -> Tree {
+    assert!(bounds.len() <= MAX_ITEMS && (1..=LARGEST_LEAF).contains(&leaf_size));
+    if bounds.is_empty() {
+        return Tree::empty();
+    }
+    let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+    let space = NormalSpace::around(&all);
+    let mut items: Vec<Item> = bounds
+        .iter()
+        .enumerate()
+        .map(|(index, b)| Item {
+            bounds: space.normalize(b),
+            index: index as u32,
+        })
+        .collect();
+    let part = Part::over(&items, 0, 0);
+    let mut nodes = subtree(&mut items, &part, leaf_size);
+    let order: Vec<u32> = items.iter().map(|item| item.index).collect();
+    drop(items);
+    for node in &mut nodes {
+        for (i, child) in node.children.iter_mut().enumerate() {
+            if child.is_leaf() && node.planes[0][i] <= node.planes[3][i] {
+                let start = (child.number() & (MAX_ITEMS as u32 - 1)) as usize;
+                let count = (child.number() >> LEAF_START_BITS) as usize + 1;
+                *child = Child::leaf(number(&order[start..start + count]));
+            }
+        }
+    }
+    nodes.shrink_to_fit();
+    Tree { space, nodes }
+}
+
+/// Consecutive items, with the boxes around them and around their centres.
+struct Part {
+    start: usize,
+    count: usize,
+    bounds: NormalBounds,
+    centers: NormalBounds,
+    depth: u32,
+}
+
+impl Part {
+    fn over(items: &[Item], start: usize, depth: u32) -> Part {
+        let mut part = Part {
+            start,
+            count: items.len(),
+            bounds: NormalBounds::EMPTY,
+            centers: NormalBounds::EMPTY,
+            depth,
+        };
+        for item in items {
+            part.bounds = part.bounds.union(&item.bounds);
+            let center = std::array::from_fn(|axis| item.center(axis));
+            part.centers = part.centers.union(&NormalBounds {
+                lower: center,
+                upper: center,
+            });
+        }
+        part
+    }
+
+    fn range(&self) -> std::ops::Range<usize> {
+        self.start..self.start + self.count
+    }
+}
+
+/// Nodes over the items of one part, root first; `items` is the whole slice that starts where
+/// part.start counts from.
+fn subtree(items: &mut [Item], part: &Part, leaf_size: usize) -> Vec<Node> {
+    if part.count >= PARALLEL {
+        return parallel_subtree(items, part, leaf_size);
+    }
+    let mut nodes = Vec::with_capacity(part.count / leaf_size.min(4) + 1);
+    append(items, part.start, part, leaf_size, &mut nodes);
+    nodes
+}
+
+/// Appends the nodes over a part; `items` begins at item number `first`.
+fn append(items: &mut [Item], first: usize, part: &Part, leaf_size: usize, nodes: &mut Vec<Node>) {
+    let index = nodes.len();
+    nodes.push(Node::EMPTY);
+    let parts = children(items, first, part, leaf_size);
+    for (i, child) in parts.iter().enumerate() {
+        let reference = if child.count <= leaf_size {
+            leaf(child)
+        } else {
+            let reference = Child::node(nodes.len());
+            append(items, first, child, leaf_size, nodes);
+            reference
+        };
+        nodes[index].set(i, &child.bounds, reference);
+    }
+}
+
+/// As `append`, the children in parallel. `items` begins at the part's first item.
+fn parallel_subtree(items: &mut [Item], part: &Part, leaf_size: usize) -> Vec<Node> {
+    use rayon::prelude::*;
+    let mut parts = children(items, part.start, part, leaf_size);
+    parts.sort_by_key(|child| child.start);
+    let mut slices = Vec::with_capacity(parts.len());
+    let mut rest = items;
+    for child in &parts {
+        let (slice, after) = rest.split_at_mut(child.count);
+        slices.push((child, slice));
+        rest = after;
+    }
+    let subtrees: Vec<Vec<Node>> = slices
+        .into_par_iter()
+        .map(|(child, slice)| {
+            if child.count <= leaf_size {
+                Vec::new()
+            } else {
+                subtree(slice, child, leaf_size)
+            }
+        })
+        .collect();
+    let total: usize = subtrees.iter().map(Vec::len).sum();
+    let mut nodes = Vec::with_capacity(1 + total);
+    nodes.push(Node::EMPTY);
+    for (i, (child, subtree)) in parts.iter().zip(subtrees).enumerate() {
+        let offset = nodes.len();
+        let reference = if subtree.is_empty() {
+            leaf(child)
+        } else {
+            Child::node(offset)
+        };
+        nodes[0].set(i, &child.bounds, reference);
+        nodes.extend(subtree.into_iter().map(|mut node| {
+            for child in node.children.iter_mut().filter(|child| !child.is_leaf()) {
+                *child = Child::node(child.number() as usize + offset);
+            }
+            node
+        }));
+    }
+    nodes
+}
+
+/// A leaf that still says where its items are.
+fn leaf(part: &Part) -> Child {
+    Child::leaf(part.start as u32 | ((part.count as u32 - 1) << LEAF_START_BITS))
+}
+
+/// Cuts a part into two to eight (one, if it has only one item), reordering its items; `items`
+/// begins at item number `first`.
+fn children(items: &mut [Item], first: usize, part: &Part, leaf_size: usize) -> Vec<Part> {
+    let whole = Part::over(
+        &items[part.start - first..][..part.count],
+        part.start,
+        part.depth,
+    );
+    let mut parts = vec![whole];
+    // Parts that fill no more than one node stay whole for now: cut up here they would leave
+    // their own nodes nearly empty.
+    let one_node = WIDTH * leaf_size;
+    while parts.len() < WIDTH && cut_largest(items, first, &mut parts, |part| part.count > one_node)
+    {
+    }
+    // Dissolve those for whose leaves there is room.
+    let mut room = WIDTH + 1 - parts.len();
+    let leaves = |part: &Part| part.count.div_ceil(leaf_size);
+    loop {
+        let mut pieces: Vec<Part>;
+        let dissolvable = |part: &Part| part.count > leaf_size && leaves(part) <= room;
+        let Some(i) = largest(&parts, dissolvable) else {
+            break parts;
+        };
+        pieces = vec![parts.swap_remove(i)];
+        while pieces.len() < room
+            && cut_largest(items, first, &mut pieces, |piece| piece.count > leaf_size)
+        {}
+        room -= pieces.len() - 1;
+        parts.append(&mut pieces);
+    }
+}
+
+/// The part of the largest area of those that satisfy `eligible`.
+fn largest(parts: &[Part], eligible: impl Fn(&Part) -> bool) -> Option<usize> {
+    let area = |i: usize| parts[i].bounds.half_area();
+    (0..parts.len())
+        .filter(|&i| eligible(&parts[i]))
+        .max_by(|&i, &j| area(i).total_cmp(&area(j)).then(j.cmp(&i)))
+}
+
+/// Cuts the largest eligible part in two; false if there is none.
+fn cut_largest(
+    items: &mut [Item],
+    first: usize,
+    parts: &mut Vec<Part>,
+    eligible: impl Fn(&Part) -> bool,
+) -> bool {
+    let Some(i) = largest(parts, eligible) else {
+        return false;
+    };
+    let part = parts.swap_remove(i);
+    let range = part.range();
+    let slice = &mut items[range.start - first..range.end - first];
+    let middle = split(slice, &part);
+    let (left, right) = slice.split_at(middle);
+    parts.push(Part::over(left, part.start, part.depth + 1));
+    parts.push(Part::over(right, part.start + middle, part.depth + 1));
+    true
+}
+
+/// Reorders the items of a part so that the first `result` of them make the better half;
+/// 0 < result < count.
+fn split(items: &mut [Item], part: &Part) -> usize {
+    if part.depth < SAH_DEPTH
+        && let Some((axis, scale, bin)) = best_plane(items, part)
+    {
+        let lower = part.centers.lower[axis];
+        let middle = partition(items, |item| bin_of(item, axis, lower, scale) <= bin);
+        if middle > 0 && middle < items.len() {
+            return middle;
+        }
+    }
+    let extent = |axis: usize| part.centers.upper[axis] - part.centers.lower[axis];
+    let axis = (0..3).fold(0, |best, i| if extent(i) > extent(best) { i } else { best });
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| {
+        (a.center(axis).total_cmp(&b.center(axis))).then(a.index.cmp(&b.index))
+    });
+    middle
+}
+
+#[inline]
+fn bin_of(item: &Item, axis: usize, lower: f32, scale: f32) -> usize {
+    (((item.center(axis) - lower) * scale) as usize).min(BINS - 1)
+}
+
+/// The axis, the bins per unit and the last bin of the left side of the cheapest plane; None when
+/// all centres are (nearly) the same.
+fn best_plane(items: &[Item], part: &Part) -> Option<(usize, f32, usize)> {
+    let lower = part.centers.lower;
+    let scale: [f32; 3] = std::array::from_fn(|axis| {
+        let extent = part.centers.upper[axis] - lower[axis];
+        if extent > 1e-30 {
+            BINS as f32 * 0.999_99 / extent
+        } else {
+            0.0
+        }
+    });
+    let mut bins = [[(NormalBounds::EMPTY, 0u32); BINS]; 3];
+    for item in items {
+        for axis in 0..3 {
+            let bin = &mut bins[axis][bin_of(item, axis, lower[axis], scale[axis])];
+            bin.0 = bin.0.union(&item.bounds);
+            bin.1 += 1;
+        }
+    }
+    let mut best = None;
+    let mut least = f32::INFINITY;
+    for axis in (0..3).filter(|&axis| scale[axis] > 0.0) {
+        let mut right_cost = [f32::INFINITY; BINS];
+        let mut right = (NormalBounds::EMPTY, 0);
+        for bin in (1..BINS).rev() {
+            right = (
+                right.0.union(&bins[axis][bin].0),
+                right.1 + bins[axis][bin].1,
+            );
+            if right.1 > 0 {
+                right_cost[bin] = right.0.half_area() * right.1 as f32;
+            }
+        }
+        let mut left = (NormalBounds::EMPTY, 0);
+        for bin in 0..BINS - 1 {
+            left = (left.0.union(&bins[axis][bin].0), left.1 + bins[axis][bin].1);
+            let cost = left.0.half_area() * left.1 as f32 + right_cost[bin + 1];
+            if left.1 > 0 && cost < least {
+                least = cost;
+                best = Some((axis, scale[axis], bin));
+            }
+        }
+    }
+    best
+}
+
+/// Moves the items that satisfy `keep` to the front; how many there are.
+fn partition(items: &mut [Item], keep: impl Fn(&Item) -> bool) -> usize {
+    let mut front = 0;
+    let mut back = items.len();
+    while front < back {
+        if keep(&items[front]) {
+            front += 1;
+        } else {
+            back -= 1;
+            items.swap(front, back);
+        }
+    }
+    front
+}

@@ -1,0 +1,107 @@
+//! Bounding volume hierarchies: eight boxes a node, in single precision.
+//!
+//! A tree lives in the [`NormalSpace`] of its content, so that it is precise whatever the scale
+//! and the place of the scene, and the same for both precisions of the intersectors. What a leaf
+//! means is its owner's business: an instance of a group, or a block of triangles of a mesh.
+mod bounds;
+mod build;
+mod ray;
+
+pub use bounds::{Bounds, NormalBounds, NormalSpace, exponent, power_of_two};
+pub use build::{LARGEST_LEAF, MAX_ITEMS, build};
+pub use ray::NodeRay;
+
+/// Children of a node.
+pub const WIDTH: usize = 8;
+
+/// Bounds and references of up to eight children; unused ones are empty boxes.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct Node {
+    /// By plane: x, y, z of the lower corners, then x, y, z of the upper ones.
+    pub planes: [[f32; WIDTH]; 6],
+    /// Where the children are.
+    pub children: [Child; WIDTH],
+}
+
+impl Node {
+    /// A node without children.
+    pub const EMPTY: Node = Node {
+        planes: [
+            [f32::INFINITY; WIDTH],
+            [f32::INFINITY; WIDTH],
+            [f32::INFINITY; WIDTH],
+            [f32::NEG_INFINITY; WIDTH],
+            [f32::NEG_INFINITY; WIDTH],
+            [f32::NEG_INFINITY; WIDTH],
+        ],
+        children: [Child(0); WIDTH],
+    };
+
+    /// Sets child `i`.
+    fn set(&mut self, i: usize, bounds: &NormalBounds, child: Child) {
+        for axis in 0..3 {
+            self.planes[axis][i] = bounds.lower[axis];
+            self.planes[axis + 3][i] = bounds.upper[axis];
+        }
+        self.children[i] = child;
+    }
+}
+
+/// A reference to a node, or to a leaf that carries its owner's number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+impl Child {
+    /// The root of every tree.
+    pub const ROOT: Child = Child(0);
+    const LEAF: u32 = 1 << 31;
+
+    fn node(index: usize) -> Child {
+        Child(index as u32)
+    }
+
+    /// A leaf of that number, below 2³¹.
+    #[inline(always)]
+    pub fn leaf(number: u32) -> Child {
+        debug_assert!(number < Child::LEAF);
+        Child(number | Child::LEAF)
+    }
+
+    /// Whether it is a leaf.
+    #[inline(always)]
+    pub fn is_leaf(self) -> bool {
+        self.0 & Child::LEAF != 0
+    }
+
+    /// The number of a leaf, or the index of a node.
+    #[inline(always)]
+    pub fn number(self) -> u32 {
+        self.0 & !Child::LEAF
+    }
+}
+
+/// A hierarchy over the boxes it was built from. The root is node 0; an empty tree has no nodes.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// Maps the owner's space to that of the nodes.
+    pub space: NormalSpace,
+    /// All nodes; children come after their parents.
+    pub nodes: Vec<Node>,
+}
+
+impl Tree {
+    /// A tree over nothing.
+    pub fn empty() -> Tree {
+        Tree {
+            space: NormalSpace::around(&Bounds::EMPTY),
+            nodes: Vec::new(),
+        }
+    }
+
+    /// Bytes held.
+    pub fn nbytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+    }
+}

@@ -1,0 +1,178 @@
+//! The face the kernel shows to Python: `runtime._kernel`.
+//!
+//! See `runtime/_kernel.pyi` for the contract.
+mod arrays;
+mod render;
+mod trace;
+
+use numpy::PyArray2;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use self::trace::Answers;
+use crate::bvh::Bounds;
+use crate::lanes::InstructionSet;
+use crate::ray::Trace;
+use crate::render::Appearance;
+use crate::scene::{Scene, SceneError};
+
+/// A scene prepared for tracing; immutable and safe to share between threads.
+#[pyclass(frozen, module = "runtime._kernel")]
+struct Kernel {
+    scene: Box<dyn Trace>,
+    appearance: Appearance,
+    set: InstructionSet,
+    nbytes: usize,
+    bounds: Bounds,
+}
+
+#[pymethods]
+impl Kernel {
+    #[new]
+    #[pyo3(signature = (ir, precision, isa=None))]
+    fn new(ir: &Bound<'_, PyAny>, precision: &str, isa: Option<&str>) -> PyResult<Kernel> {
+        let set = instruction_set(isa)?;
+        let appearance = render::appearance(ir)?;
+        let (arrays, copied) = arrays::scene_arrays(ir)?;
+        let refused = |error: SceneError| PyValueError::new_err(error.0);
+        let py = ir.py();
+        match precision {
+            "float32" => {
+                let scene = py
+                    .detach(|| Scene::<f32>::new(arrays, set))
+                    .map_err(refused)?;
+                Ok(Kernel {
+                    set,
+                    nbytes: scene.nbytes() + copied,
+                    bounds: scene.bounds(),
+                    appearance,
+                    scene: Box::new(scene),
+                })
+            }
+            "float64" => {
+                let scene = py
+                    .detach(|| Scene::<f64>::new(arrays, set))
+                    .map_err(refused)?;
+                Ok(Kernel {
+                    set,
+                    nbytes: scene.nbytes() + copied,
+                    bounds: scene.bounds(),
+                    appearance,
+                    scene: Box::new(scene),
+                })
+            }
+            other => Err(PyValueError::new_err(format!(
+                "precision is \"float32\" or \"float64\", not {other:?}"
+            ))),
+        }
+    }
+
+    #[getter]
+    fn isa(&self) -> &'static str {
+        self.set.name()
+    }
+
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.nbytes
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Bounds { lower, upper } = self.bounds;
+        Ok(PyArray2::from_vec2(py, &[lower.to_vec(), upper.to_vec()])?)
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, threads=0))]
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: &Bound<'py, PyAny>,
+        t_max: &Bound<'py, PyAny>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let rays = trace::Rays::new(origins, directions, t_min, t_max)?;
+        trace::closest(py, self.scene.as_ref(), &rays, threads)
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, threads=0))]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: &Bound<'py, PyAny>,
+        t_max: &Bound<'py, PyAny>,
+        threads: usize,
+    ) -> PyResult<Answers<'py, bool>> {
+        let rays = trace::Rays::new(origins, directions, t_min, t_max)?;
+        trace::occluded(py, self.scene.as_ref(), &rays, threads)
+    }
+
+    #[pyo3(signature = (
+        camera, width, height, samples, integrator, occlusion_distance,
+        seed=0, threads=0, progress=None,
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        camera: Bound<'py, PyAny>,
+        width: u32,
+        height: u32,
+        samples: u32,
+        integrator: &'py str,
+        occlusion_distance: f64,
+        seed: u64,
+        threads: usize,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let request = render::Request {
+            camera,
+            width,
+            height,
+            samples,
+            integrator,
+            occlusion_distance,
+            seed,
+            threads,
+            progress,
+        };
+        render::render(py, self.scene.as_ref(), &self.appearance, &request)
+    }
+}
+
+/// The set of that name, or the best of this CPU.
+fn instruction_set(name: Option<&str>) -> PyResult<InstructionSet> {
+    let available = InstructionSet::available();
+    let Some(name) = name else {
+        return Ok(available[0]);
+    };
+    InstructionSet::from_name(name)
+        .filter(|set| available.contains(set))
+        .ok_or_else(|| {
+            let names: Vec<_> = available.iter().map(|set| set.name()).collect();
+            PyValueError::new_err(format!(
+                "this CPU has no instruction set {name:?}; it has {}",
+                names.join(", ")
+            ))
+        })
+}
+
+/// Names of the instruction sets this CPU can run, best first; the last is "portable".
+#[pyfunction]
+fn instruction_sets() -> Vec<&'static str> {
+    let available = InstructionSet::available();
+    available.into_iter().map(InstructionSet::name).collect()
+}
+
+/// `runtime._kernel`.
+#[pymodule]
+fn _kernel(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(instruction_sets, module)?)?;
+    module.add_class::<Kernel>()
+}

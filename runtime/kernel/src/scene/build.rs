@@ -1,0 +1,305 @@
+//! From flat arrays to a [`Scene`].
+use rayon::prelude::*;
+
+use super::arrays::{Affine, SceneArrays};
+use super::mesh::Mesh;
+use super::validate::{range, validate};
+use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
+use crate::bvh::{Bounds, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
+use crate::lanes::InstructionSet;
+use crate::scalar::Scalar;
+use crate::shapes::{Shape, ShapeKind};
+
+pub(super) fn build<F: Scalar>(
+    arrays: SceneArrays,
+    set: InstructionSet,
+) -> Result<Scene<F>, SceneError> {
+    let checked = validate(&arrays)?;
+    let (prototypes, hulls) = prototypes(&arrays)?;
+    let mut groups: Vec<Option<Group>> = arrays.group_ranges.iter().map(|_| None).collect();
+    let mut group_hulls: Vec<Hull> = groups.iter().map(|_| Hull::Boxes(Vec::new())).collect();
+    for &index in &checked.order {
+        let ends = arrays.group_ranges[index];
+        let range = ends[0] as usize..ends[1] as usize;
+        let placed: Vec<Placed> = range
+            .clone()
+            .into_par_iter()
+            .map(|i| {
+                let hull = match usize::try_from(arrays.instance_target[i]) {
+                    Ok(prototype) => &hulls[prototype],
+                    Err(_) => &group_hulls[!arrays.instance_target[i] as usize],
+                };
+                if is_regular(&arrays, i) {
+                    hull.placed(&arrays.world_from_object[i])
+                } else {
+                    Placed::NOWHERE
+                }
+            })
+            .collect();
+        let group = group(&arrays, &checked.leaf_counts, range, &placed)?;
+        group_hulls[index] = Hull::of_tree(&group.tree, &group.bounds, !group.unbounded.is_empty());
+        groups[index] = Some(group);
+    }
+    Ok(Scene {
+        set,
+        instance_target: arrays.instance_target,
+        world_from_object: arrays.world_from_object,
+        object_from_world: arrays.object_from_world,
+        translation_low: arrays.translation_low,
+        instance_material: arrays.instance_material,
+        prototypes,
+        groups: groups.into_iter().flatten().collect(),
+    })
+}
+
+fn prototypes<F: Scalar>(
+    arrays: &SceneArrays,
+) -> Result<(Vec<Prototype<F>>, Vec<Hull>), SceneError> {
+    let mut prototypes = Vec::with_capacity(arrays.prototype_kind.len());
+    let mut hulls = Vec::with_capacity(arrays.prototype_kind.len());
+    for (index, (&code, &data)) in arrays
+        .prototype_kind
+        .iter()
+        .zip(&arrays.prototype_data)
+        .enumerate()
+    {
+        let what = format!("prototype {index}");
+        let (prototype, hull) = match ShapeKind::from_index(code) {
+            None if usize::from(code) != ShapeKind::ALL.len() => {
+                return Err(SceneError(format!("{what} has the unknown kind {code}")));
+            }
+            None => {
+                let mesh = range(
+                    &what,
+                    [data, data.saturating_add(1)],
+                    arrays.mesh_ranges.len(),
+                )?;
+                mesh_prototype(arrays, mesh.start)?
+            }
+            Some(kind) => {
+                let end = data.saturating_add(kind.parameter_count() as i64);
+                let range = range(&what, [data, end], arrays.shape_parameters.len())?;
+                shape_prototype(kind, &arrays.shape_parameters[range])
+                    .map_err(|reason| SceneError(format!("{what}: {reason}")))?
+            }
+        };
+        prototypes.push(prototype);
+        hulls.push(hull);
+    }
+    Ok((prototypes, hulls))
+}
+
+fn mesh_prototype<F: Scalar>(
+    arrays: &SceneArrays,
+    mesh: usize,
+) -> Result<(Prototype<F>, Hull), SceneError> {
+    let mesh = Mesh::new(arrays, mesh)?;
+    let bounds = mesh.bounds();
+    let hull = Hull::of_tree(&mesh.tree, &bounds, false);
+    let prototype = Prototype {
+        anchor: Anchor::around(Some(&bounds)),
+        space: mesh.tree.space,
+        geometry: Geometry::Mesh(mesh),
+    };
+    Ok((prototype, hull))
+}
+
+fn shape_prototype<F: Scalar>(
+    kind: ShapeKind,
+    parameters: &[f64],
+) -> Result<(Prototype<F>, Hull), String> {
+    let shape = Shape::<F>::new(kind, parameters)?;
+    let bounds = shape.bounds().map(|[lower, upper]| Bounds { lower, upper });
+    let hull = match (&bounds, kind) {
+        (Some(bounds), ShapeKind::Sphere) => Hull::Ball(bounds.upper[0]),
+        (Some(bounds), _) => Hull::Boxes(vec![*bounds]),
+        (None, _) => Hull::Unbounded(Vec::new()),
+    };
+    let anchor = Anchor {
+        flat: matches!(
+            kind,
+            ShapeKind::Disc | ShapeKind::Rectangle | ShapeKind::Plane
+        ),
+        ..Anchor::around(bounds.as_ref())
+    };
+    let frame = shape.frame();
+    let space = NormalSpace {
+        center: frame.center,
+        scale: frame.scale,
+    };
+    let prototype = Prototype {
+        geometry: Geometry::Shape(shape),
+        anchor,
+        space,
+    };
+    Ok((prototype, hull))
+}
+
+fn linear_entries(matrix: &Affine) -> impl Iterator<Item = f64> {
+    matrix.iter().flat_map(|row| row[..3].iter().copied())
+}
+
+/// Whether an instance can be hit: its matrices are finite, and its object space is not all of
+/// the world squeezed into a point.
+fn is_regular(arrays: &SceneArrays, i: usize) -> bool {
+    let inverse = &arrays.object_from_world[i];
+    let finite = |matrix: &Affine| matrix.iter().flatten().all(|x| x.is_finite());
+    finite(&arrays.world_from_object[i])
+        && finite(inverse)
+        && linear_entries(inverse).any(|x| x != 0.0)
+}
+
+/// An instance in the space of its group.
+#[derive(Clone, Copy)]
+struct Placed {
+    /// Around its bounded content.
+    bounds: Bounds,
+    /// It has content beyond those bounds.
+    unbounded: bool,
+}
+
+impl Placed {
+    const NOWHERE: Placed = Placed {
+        bounds: Bounds::EMPTY,
+        unbounded: false,
+    };
+}
+
+/// A simple outline of an object, tighter when transformed than its box.
+enum Hull {
+    /// A ball of that radius about the origin: its image has the exact bounds |row of M|·radius.
+    Ball(f64),
+    /// The union of boxes.
+    Boxes(Vec<Bounds>),
+    /// As `Boxes`, and content without bounds.
+    Unbounded(Vec<Bounds>),
+}
+
+impl Hull {
+    /// The boxes of a tree's root, or those it stands for.
+    fn of_tree(tree: &Tree, bounds: &Bounds, unbounded: bool) -> Hull {
+        let mut boxes = Vec::new();
+        if let (Some(root), true) = (tree.nodes.first(), bounds.is_finite()) {
+            for i in 0..crate::bvh::WIDTH {
+                let back = |plane: usize| {
+                    f64::from(root.planes[plane][i]) / tree.space.scale
+                        + tree.space.center[plane % 3]
+                };
+                let part = Bounds {
+                    lower: std::array::from_fn(|i| back(i).next_down().max(bounds.lower[i])),
+                    upper: std::array::from_fn(|i| back(i + 3).next_up().min(bounds.upper[i])),
+                };
+                if root.planes[0][i] <= root.planes[3][i] {
+                    boxes.push(part);
+                }
+            }
+        } else if !bounds.is_empty() {
+            boxes.push(*bounds);
+        }
+        if unbounded {
+            Hull::Unbounded(boxes)
+        } else {
+            Hull::Boxes(boxes)
+        }
+    }
+
+    fn placed(&self, world_from_object: &Affine) -> Placed {
+        let union = |boxes: &[Bounds]| {
+            boxes.iter().fold(Bounds::EMPTY, |all, b| {
+                let half = b.half_extent();
+                all.union(&transformed(world_from_object, b.center(), |row| {
+                    row[0].abs() * half[0] + row[1].abs() * half[1] + row[2].abs() * half[2]
+                }))
+            })
+        };
+        let (bounds, unbounded) = match self {
+            Hull::Ball(radius) => {
+                let bounds = transformed(world_from_object, [0.0; 3], |row| {
+                    radius * row[0].hypot(row[1]).hypot(row[2])
+                });
+                (bounds, false)
+            }
+            Hull::Boxes(boxes) => (union(boxes), false),
+            Hull::Unbounded(boxes) => (union(boxes), true),
+        };
+        if bounds.is_empty() || bounds.is_finite() {
+            Placed { bounds, unbounded }
+        } else {
+            Placed {
+                bounds: Bounds::EMPTY,
+                unbounded: true,
+            }
+        }
+    }
+}
+
+/// Bounds of the image of a body about `center` whose half width along a row of the matrix is
+/// `half(row)`, rounded outward.
+///
+/// The sums have at most seven roundings of terms below the sum of the magnitudes, hence γ₈.
+fn transformed(matrix: &Affine, center: [f64; 3], half: impl Fn(&[f64; 4]) -> f64) -> Bounds {
+    const GAMMA: f64 = 8.0 * f64::EPSILON;
+    let mut bounds = Bounds::EMPTY;
+    for (axis, row) in matrix.iter().enumerate() {
+        let terms = [
+            row[0] * center[0],
+            row[1] * center[1],
+            row[2] * center[2],
+            row[3],
+        ];
+        let middle: f64 = terms.iter().sum();
+        let half = half(row);
+        let error = GAMMA * (terms.iter().map(|x| x.abs()).sum::<f64>() + half) + f64::MIN_POSITIVE;
+        bounds.lower[axis] = middle - half - error;
+        bounds.upper[axis] = middle + half + error;
+    }
+    bounds
+}
+
+fn group(
+    arrays: &SceneArrays,
+    leaf_counts: &[i64],
+    range: std::ops::Range<usize>,
+    placed: &[Placed],
+) -> Result<Group, SceneError> {
+    let mut offsets = Vec::with_capacity(placed.len());
+    let mut boxes = Vec::with_capacity(placed.len());
+    let mut unbounded = Vec::new();
+    let mut bounds = Bounds::EMPTY;
+    for (offset, placed) in placed.iter().enumerate() {
+        bounds = bounds.union(&placed.bounds);
+        if placed.unbounded {
+            unbounded.push(offset as u32);
+        } else if !placed.bounds.is_empty() {
+            offsets.push(offset as u32);
+            boxes.push(placed.bounds);
+        }
+    }
+    debug_assert!(boxes.len() <= MAX_ITEMS);
+    let tree = build_tree(&boxes, 1, |leaf| offsets[leaf[0] as usize]);
+    let targets = &arrays.instance_target[range.clone()];
+    let leaves_before = if targets.iter().all(|&target| target >= 0) {
+        Vec::new()
+    } else {
+        targets
+            .iter()
+            .scan(0, |before, &target| {
+                let inner = if target >= 0 {
+                    1
+                } else {
+                    leaf_counts[!target as usize]
+                };
+                *before += inner;
+                Some(*before - inner)
+            })
+            .collect()
+    };
+    Ok(Group {
+        start: range.start,
+        tree,
+        anchor: Anchor::around(unbounded.is_empty().then_some(&bounds)),
+        unbounded,
+        leaves_before,
+        bounds,
+    })
+}

@@ -1,0 +1,196 @@
+//! Batches of rays through a scene.
+//!
+//! Consecutive rays that point and start alike go as packets of W, others one at a time. Either
+//! way each ray sees the same arithmetic from f64 on, ties go to the lowest leaf, and boxes are
+//! conservative: so answers do not depend on the batch, the instruction set or the order.
+mod level;
+mod packet;
+mod precision;
+mod single;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+pub use precision::Precision;
+
+use self::packet::Packet;
+use self::single::Single;
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Task, dispatch};
+use crate::ray::{Hit, Ray, Trace};
+use crate::scene::Scene;
+
+/// What traversal finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Nearest {
+    /// World ray parameter, or the ray's t_max.
+    t: f64,
+    /// Leaf number, or −1.
+    leaf: i64,
+    /// Triangle of a mesh.
+    triangle: u32,
+}
+
+impl Nearest {
+    fn none(t_max: f64) -> Nearest {
+        Nearest {
+            t: t_max,
+            leaf: -1,
+            triangle: 0,
+        }
+    }
+
+    /// Takes a hit if it is nearer, or as near and of a lower leaf or triangle.
+    #[inline(always)]
+    fn offer(&mut self, t: f64, leaf: i64, triangle: u32) -> bool {
+        let lower = (leaf, triangle) < (self.leaf, self.triangle);
+        let taken = t < self.t || (t == self.t && lower);
+        if taken {
+            *self = Nearest { t, leaf, triangle };
+        }
+        taken
+    }
+}
+
+/// Whether a ray can hit anything at all.
+fn is_valid(ray: &Ray) -> bool {
+    let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
+    finite(&ray.origin)
+        && finite(&ray.direction)
+        && ray.direction.iter().any(|&x| x != 0.0)
+        && ray.t_min < ray.t_max
+}
+
+/// Whether rays are worth a packet: within a tenth of a turn or so, and starting close together
+/// in proportion to the scene.
+fn are_coherent<F: Precision>(scene: &Scene<F>, rays: &[Ray]) -> bool {
+    /// Largest difference of a direction's components, the largest component being one.
+    const DIRECTION_SPREAD: f64 = 0.25;
+    /// Largest difference of an origin's components in normalised space of the root.
+    const ORIGIN_SPREAD: f64 = 0.125;
+    if !rays.iter().all(is_valid) {
+        return false;
+    }
+    let space = &scene.groups[0].tree.space;
+    let mut ends = [[f64::INFINITY; 6], [f64::NEG_INFINITY; 6]];
+    for ray in rays {
+        let d = ray.direction;
+        let largest = d[0].abs().max(d[1].abs()).max(d[2].abs());
+        for i in 0..3 {
+            for (k, x) in [(i, d[i] / largest), (i + 3, ray.origin[i])] {
+                ends[0][k] = ends[0][k].min(x);
+                ends[1][k] = ends[1][k].max(x);
+            }
+        }
+    }
+    (0..3).all(|i| {
+        ends[1][i] - ends[0][i] <= DIRECTION_SPREAD
+            && (ends[1][i + 3] - ends[0][i + 3]) * space.scale <= ORIGIN_SPREAD
+    })
+}
+
+/// Which rays go as packets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bundling {
+    /// Those that are coherent.
+    Coherent,
+    /// None.
+    #[cfg(test)]
+    Never,
+    /// All valid ones.
+    #[cfg(test)]
+    Always,
+}
+
+/// Answers a batch; `answer(i, nearest)` is called once for each ray.
+struct Batch<'s, F: Precision, A, const ANY: bool> {
+    scene: &'s Scene<F>,
+    rays: &'s [Ray],
+    bundling: Bundling,
+    answer: A,
+}
+
+impl<F: Precision, A: FnMut(usize, Nearest), const ANY: bool> Task for Batch<'_, F, A, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(mut self) {
+        let width = Packet::<I, F>::WIDTH;
+        let mut packet = Packet::<I, F>::new(self.scene);
+        let mut single = Single::<I, F>::new(self.scene);
+        let mut nearest = [Nearest::none(0.0); crate::lanes::MAX_WIDTH];
+        for (chunk, rays) in self.rays.chunks(width).enumerate() {
+            let bundled = match self.bundling {
+                Bundling::Coherent => rays.len() > 2 && are_coherent(self.scene, rays),
+                #[cfg(test)]
+                Bundling::Never => false,
+                #[cfg(test)]
+                Bundling::Always => rays.iter().all(is_valid),
+            };
+            let nearest = &mut nearest[..rays.len()];
+            if bundled {
+                packet.trace::<ANY>(rays, nearest);
+            } else {
+                for (ray, nearest) in rays.iter().zip(nearest.iter_mut()) {
+                    *nearest = if is_valid(ray) {
+                        single.trace::<ANY>(ray)
+                    } else {
+                        Nearest::none(ray.t_max)
+                    };
+                }
+            }
+            for (i, &nearest) in nearest.iter().enumerate() {
+                (self.answer)(chunk * width + i, nearest);
+            }
+        }
+    }
+}
+
+impl<F: Precision> Scene<F> {
+    fn batch<const ANY: bool>(
+        &self,
+        rays: &[Ray],
+        bundling: Bundling,
+        answer: impl FnMut(usize, Nearest),
+    ) {
+        let batch = Batch::<_, _, ANY> {
+            scene: self,
+            rays,
+            bundling,
+            answer,
+        };
+        dispatch(self.set, batch);
+    }
+}
+
+impl<F: Precision> Trace for Scene<F> {
+    fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len());
+        let mut path = Vec::new();
+        self.batch::<false>(rays, Bundling::Coherent, |i, nearest| {
+            hits[i] = self.surface(&rays[i], &nearest, &mut path);
+        });
+    }
+
+    fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len());
+        self.batch::<true>(rays, Bundling::Coherent, |i, nearest| {
+            occluded[i] = nearest.leaf >= 0;
+        });
+    }
+}
+
+impl LevelRays<f64> {
+    /// A ray in the world.
+    #[inline(always)]
+    fn from_ray(ray: &Ray) -> LevelRays<f64> {
+        LevelRays {
+            origin: ray.origin,
+            direction: ray.direction,
+            start: 0.0,
+            rate: 1.0,
+            per_rate: 1.0,
+        }
+        .with_unit_direction()
+    }
+}

@@ -1,0 +1,385 @@
+//! W coherent rays at a time, against one box, one instance, one triangle at a time.
+use super::Nearest;
+use super::level::{Content, Target};
+use super::precision::{Halves, PacketMask, Precision};
+use crate::bvh::{Child, NodeRay, WIDTH};
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Lanes, Mask};
+use crate::ray::Ray;
+use crate::scene::{Geometry, Scene};
+
+type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
+
+/// A node or leaf to be visited, and where each ray enters its box (NaN: it does not).
+struct Entry<I: Isa> {
+    near: I::F32,
+    child: Child,
+}
+
+/// The rays in one space on their way down.
+struct Level<'s, I: Isa, F: Precision> {
+    rays: Halves<LevelRays<I::F64>>,
+    content: Content<'s, F>,
+    node_ray: NodeRay<I::F32>,
+    descending: [PacketMask<I>; 3],
+    /// Row of the planes through which the rays enter boxes, by axis; None if they do not agree.
+    entry_planes: Option<[usize; 3]>,
+    /// The tree's parameter of world t is (t − start)·per_rate.
+    start: Halves<I::F64>,
+    per_rate: Halves<I::F64>,
+    after: I::F32,
+    before: I::F32,
+    triangle_rays: Option<F::PacketRays<I>>,
+    /// Rays that came in.
+    active: PacketMask<I>,
+    /// Entries below belong to the levels above.
+    stack_base: usize,
+}
+
+impl<I: Isa, F: Precision> Level<'_, I, F> {
+    #[inline(always)]
+    fn to_tree(&self, t: &Halves<I::F64>) -> I::F32 {
+        I::narrow(
+            (t[0] - self.start[0]) * self.per_rate[0],
+            (t[1] - self.start[1]) * self.per_rate[1],
+        )
+    }
+}
+
+/// The nearest hits so far.
+struct Best<I: Isa> {
+    t: Halves<I::F64>,
+    /// Leaf numbers, which are exact in f64.
+    leaf: Halves<I::F64>,
+    triangle: Halves<I::F64>,
+}
+
+impl<I: Isa> Best<I> {
+    /// Takes the hits that are nearer, or as near and of a lower leaf or triangle; which these
+    /// were.
+    #[inline(always)]
+    fn offer(
+        &mut self,
+        hit: PacketMask<I>,
+        t: &Halves<I::F64>,
+        leaf: i64,
+        triangle: u32,
+    ) -> PacketMask<I> {
+        let (low, high) = I::split(hit);
+        let leaf = I::F64::splat(leaf as f64);
+        let triangle = I::F64::splat(f64::from(triangle));
+        let mut take = |h: usize, hit: F64Mask<I>| {
+            let nearer = t[h].lt(self.t[h]);
+            let lower =
+                leaf.lt(self.leaf[h]) | (leaf.eq(self.leaf[h]) & triangle.lt(self.triangle[h]));
+            let taken = hit & (nearer | (t[h].eq(self.t[h]) & lower));
+            self.t[h] = I::F64::select(taken, t[h], self.t[h]);
+            self.leaf[h] = I::F64::select(taken, leaf, self.leaf[h]);
+            self.triangle[h] = I::F64::select(taken, triangle, self.triangle[h]);
+            taken
+        };
+        let low = take(0, low);
+        let high = take(1, high);
+        I::join(low, high)
+    }
+}
+
+/// Stacks, kept from packet to packet.
+pub(super) struct Packet<'s, I: Isa, F: Precision> {
+    scene: &'s Scene<F>,
+    above: Vec<Level<'s, I, F>>,
+    stack: Vec<Entry<I>>,
+    t_min: Halves<I::F64>,
+    best: Best<I>,
+    /// Rays that still look for something: with ANY, those that have not hit.
+    alive: PacketMask<I>,
+}
+
+impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
+    /// Rays of a packet.
+    pub const WIDTH: usize = I::F32::WIDTH;
+
+    pub fn new(scene: &'s Scene<F>) -> Self {
+        let zero = [I::F64::zero(); 2];
+        Packet {
+            scene,
+            above: Vec::new(),
+            stack: Vec::new(),
+            t_min: zero,
+            best: Best {
+                t: zero,
+                leaf: zero,
+                triangle: zero,
+            },
+            alive: Mask::none(),
+        }
+    }
+
+    /// The nearest hits of valid rays, at most `WIDTH`; with ANY, whichever are found first.
+    #[inline(always)]
+    pub fn trace<const ANY: bool>(&mut self, rays: &[Ray], nearest: &mut [Nearest]) {
+        assert!(!rays.is_empty() && rays.len() <= Self::WIDTH && nearest.len() == rays.len());
+        self.stack.clear();
+        self.above.clear();
+        let each = |f: &dyn Fn(&Ray) -> f64| -> Halves<I::F64> {
+            // Idle lanes repeat the last ray.
+            let lane = |i: usize| f(&rays[i.min(rays.len() - 1)]);
+            [
+                I::F64::from_fn(lane),
+                I::F64::from_fn(|i| lane(i + I::F64::WIDTH)),
+            ]
+        };
+        let origin: [Halves<I::F64>; 3] = std::array::from_fn(|i| each(&|ray| ray.origin[i]));
+        let direction: [Halves<I::F64>; 3] = std::array::from_fn(|i| each(&|ray| ray.direction[i]));
+        self.t_min = each(&|ray| ray.t_min);
+        self.best = Best {
+            t: each(&|ray| ray.t_max),
+            leaf: [I::F64::splat(-1.0); 2],
+            triangle: [I::F64::zero(); 2],
+        };
+        let one = I::F64::splat(1.0);
+        let world: Halves<LevelRays<I::F64>> = std::array::from_fn(|h| {
+            LevelRays {
+                origin: std::array::from_fn(|i| origin[i][h]),
+                direction: std::array::from_fn(|i| direction[i][h]),
+                start: I::F64::zero(),
+                rate: one,
+                per_rate: one,
+            }
+            .with_unit_direction()
+        });
+        self.alive = Mask::first(rays.len());
+        self.run::<ANY>(world);
+        for (i, nearest) in nearest.iter_mut().enumerate() {
+            let (half, lane) = (i / I::F64::WIDTH, i % I::F64::WIDTH);
+            *nearest = Nearest {
+                t: self.best.t[half].get(lane),
+                leaf: self.best.leaf[half].get(lane) as i64,
+                triangle: self.best.triangle[half].get(lane) as u32,
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn run<const ANY: bool>(&mut self, world: Halves<LevelRays<I::F64>>) {
+        let root = Content::Group(&self.scene.groups[0], 0);
+        let mut level = self.enter(world, root, self.alive);
+        loop {
+            while self.stack.len() > level.stack_base {
+                let Some(entry) = self.stack.pop() else { break };
+                let active = entry.near.le(level.before) & level.active & self.alive;
+                if !active.any() {
+                    continue;
+                }
+                if !entry.child.is_leaf() {
+                    self.visit_node(&level, entry.child, active);
+                    continue;
+                }
+                if let Some(inner) =
+                    self.visit_leaf::<ANY>(&mut level, entry.child.number(), active)
+                {
+                    self.above.push(std::mem::replace(&mut level, inner));
+                }
+                if ANY && !self.alive.any() {
+                    return;
+                }
+            }
+            let Some(outer) = self.above.pop() else {
+                return;
+            };
+            level = outer;
+            level.before = level.to_tree(&self.best.t);
+        }
+    }
+
+    /// Begins a level: its root and its unbounded instances are on the stack.
+    #[inline(always)]
+    fn enter(
+        &mut self,
+        rays: Halves<LevelRays<I::F64>>,
+        content: Content<'s, F>,
+        active: PacketMask<I>,
+    ) -> Level<'s, I, F> {
+        let space = content.space();
+        let [(low, low_slide), (high, high_slide)] =
+            [rays[0].in_space(&space), rays[1].in_space(&space)];
+        let node_ray = NodeRay::new(
+            std::array::from_fn(|i| I::narrow(low[i], high[i])),
+            std::array::from_fn(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
+        );
+        let scale = I::F64::splat(space.scale);
+        let descending = node_ray.descending();
+        let agreed = descending.map(|down| {
+            let bits = (down & active).bits();
+            if bits == 0 {
+                Some(0)
+            } else if bits == active.bits() {
+                Some(3)
+            } else {
+                None
+            }
+        });
+        let mut level = Level {
+            node_ray,
+            descending,
+            entry_planes: match agreed {
+                [Some(x), Some(y), Some(z)] => Some([x, 1 + y, 2 + z]),
+                _ => None,
+            },
+            start: [
+                (low_slide / scale).mul_add(rays[0].rate, rays[0].start),
+                (high_slide / scale).mul_add(rays[1].rate, rays[1].start),
+            ],
+            per_rate: [rays[0].per_rate * scale, rays[1].per_rate * scale],
+            rays,
+            content,
+            after: I::F32::zero(),
+            before: I::F32::zero(),
+            triangle_rays: None,
+            active,
+            stack_base: self.stack.len(),
+        };
+        level.after = level.to_tree(&self.t_min);
+        level.before = level.to_tree(&self.best.t);
+        let everywhere = I::F32::splat(f32::NEG_INFINITY);
+        if !content.tree().nodes.is_empty() {
+            self.stack.push(Entry {
+                near: everywhere,
+                child: Child::ROOT,
+            });
+        }
+        for &offset in content.unbounded() {
+            self.stack.push(Entry {
+                near: everywhere,
+                child: Child::leaf(offset),
+            });
+        }
+        level
+    }
+
+    /// Pushes the children that any ray meets, the nearest on top.
+    #[inline(always)]
+    fn visit_node(&mut self, level: &Level<'s, I, F>, child: Child, active: PacketMask<I>) {
+        let node = &level.content.tree().nodes[child.number() as usize];
+        let nowhere = I::F32::splat(f32::NAN);
+        let base = self.stack.len();
+        let mut first = [0.0; WIDTH];
+        for i in 0..WIDTH {
+            if node.planes[0][i] > node.planes[3][i] {
+                break;
+            }
+            let plane = |row: usize| I::F32::splat(node.planes[row][i]);
+            let (entry, exit) = match level.entry_planes {
+                Some(rows) => (
+                    std::array::from_fn(|axis| plane(rows[axis])),
+                    std::array::from_fn(|axis| plane(2 * axis + 3 - rows[axis])),
+                ),
+                None => {
+                    let [lower, upper]: [[I::F32; 3]; 2] = [
+                        std::array::from_fn(plane),
+                        std::array::from_fn(|axis| plane(axis + 3)),
+                    ];
+                    let down = &level.descending;
+                    (
+                        std::array::from_fn(|j| I::F32::select(down[j], upper[j], lower[j])),
+                        std::array::from_fn(|j| I::F32::select(down[j], lower[j], upper[j])),
+                    )
+                }
+            };
+            let (near, far) = level
+                .node_ray
+                .interval(entry, exit, level.after, level.before);
+            let met = near.le(far) & active;
+            if met.any() {
+                let near = I::F32::select(met, near, nowhere);
+                first[self.stack.len() - base] = near.horizontal_min();
+                self.stack.push(Entry {
+                    near,
+                    child: node.children[i],
+                });
+            }
+        }
+        // Sort by insertion: there seldom are more than three.
+        for i in 1..self.stack.len() - base {
+            let mut j = i;
+            while j > 0 && first[j] > first[j - 1] {
+                first.swap(j, j - 1);
+                self.stack.swap(base + j, base + j - 1);
+                j -= 1;
+            }
+        }
+    }
+
+    /// Tests what a leaf holds; a level to go on with if that is one.
+    #[inline(always)]
+    fn visit_leaf<const ANY: bool>(
+        &mut self,
+        level: &mut Level<'s, I, F>,
+        number: u32,
+        active: PacketMask<I>,
+    ) -> Option<Level<'s, I, F>> {
+        let (group, first_leaf) = match level.content {
+            Content::Group(group, first_leaf) => (group, first_leaf),
+            Content::Mesh(mesh, leaf) => {
+                let rays = &level.rays;
+                let prepared = level
+                    .triangle_rays
+                    .get_or_insert_with(|| F::packet_rays::<I>(rays));
+                let block = &mesh.blocks[number as usize];
+                let mut taken = PacketMask::<I>::none();
+                let (t_min, t_max) = (self.t_min, self.best.t);
+                let best = &mut self.best;
+                F::packet_block::<I>(
+                    prepared,
+                    rays,
+                    block,
+                    &t_min,
+                    &t_max,
+                    active,
+                    |lane, hit, t| {
+                        taken = taken | best.offer(hit, &t, leaf, block.triangles[lane]);
+                    },
+                );
+                self.take::<ANY>(level, taken);
+                return None;
+            }
+        };
+        let offset = number as usize;
+        let row = group.start + offset;
+        let target = self.scene.target(row);
+        let entrance = self.scene.entrance(row, &target);
+        let leaf = first_leaf + group.leaves_before(offset);
+        let prototype = match target {
+            Target::Prototype(prototype) => prototype,
+            Target::Group(inner) => {
+                let rays = std::array::from_fn(|h| entrance.enter_group(&level.rays[h]));
+                return Some(self.enter(rays, Content::Group(inner, leaf), active));
+            }
+        };
+        let rays: Halves<LevelRays<I::F64>> =
+            std::array::from_fn(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
+        match &prototype.geometry {
+            Geometry::Mesh(mesh) => Some(self.enter(rays, Content::Mesh(mesh, leaf), active)),
+            Geometry::Shape(shape) => {
+                let (hit, t) =
+                    F::packet_shape::<I>(shape, &rays, &self.t_min, &self.best.t, active);
+                if hit.any() {
+                    let taken = self.best.offer(hit, &t, leaf, 0);
+                    self.take::<ANY>(level, taken);
+                }
+                None
+            }
+        }
+    }
+
+    /// Draws the consequences of new nearest hits.
+    #[inline(always)]
+    fn take<const ANY: bool>(&mut self, level: &mut Level<'s, I, F>, taken: PacketMask<I>) {
+        if taken.any() {
+            level.before = level.to_tree(&self.best.t);
+            if ANY {
+                self.alive = self.alive.and_not(taken);
+            }
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! From rays in f64 to intersectors in F, and back to the world's ray parameter.
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Lanes, Mask};
+use crate::scalar::Scalar;
+use crate::scene::TriangleBlock;
+use crate::shapes::{RayLanes, Shape, Shear, intersect_triangle};
+
+/// The lanes of a packet in double precision: the first half, then the second.
+pub type Halves<T> = [T; 2];
+
+/// The mask of a whole packet.
+pub type PacketMask<I> = <<I as Isa>::F32 as Lanes>::Mask;
+
+/// The world's interval in the parameter of level rays.
+///
+/// Hits are compared in f64 afterwards, so the upper end may be too large: by what `from_level`
+/// and this may round, so that ties are not lost.
+#[inline(always)]
+fn level_interval<L: Lanes<Scalar = f64>>(rays: &LevelRays<L>, t_min: L, t_max: L) -> (L, L) {
+    let to_level = |t: L| (t - rays.start) * rays.per_rate;
+    let above = t_max.abs().mul_add(L::splat(4.0 * f64::EPSILON), t_max);
+    (to_level(t_min), raised(to_level(above)))
+}
+
+/// A little more than t.
+///
+/// Rounding the lower end of an interval to nearest only misjudges hits closer to it than half
+/// an ulp, which are undecidable; the upper end must not cut off a hit at it.
+#[inline(always)]
+fn raised<L: Lanes>(t: L) -> L {
+    let slack = L::splat(L::Scalar::from_f64(L::Scalar::EPS.to_f64() * 4.0));
+    t.abs()
+        .mul_add(slack, t + L::splat(L::Scalar::MIN_POSITIVE))
+}
+
+/// A level's parameter in the world's.
+#[inline(always)]
+fn from_level<L: Lanes>(rays: &LevelRays<L>, t: L) -> L {
+    t.mul_add(rays.rate, rays.start)
+}
+
+/// Rays made ready for the triangles of a mesh.
+#[derive(Clone, Copy)]
+pub struct TriangleRays<L: Lanes> {
+    ray: RayLanes<L>,
+    shear: Shear<L>,
+}
+
+impl<L: Lanes> TriangleRays<L> {
+    #[inline(always)]
+    fn new(o: [L; 3], d: [L; 3]) -> TriangleRays<L> {
+        let ray = RayLanes {
+            o,
+            d,
+            t_min: L::zero(),
+            t_max: L::zero(),
+        };
+        TriangleRays {
+            ray,
+            shear: Shear::new(d),
+        }
+    }
+
+    #[inline(always)]
+    fn within(&self, (t_min, t_max): (L, L)) -> RayLanes<L> {
+        RayLanes {
+            t_min,
+            t_max,
+            ..self.ray
+        }
+    }
+
+    /// These rays, whose interval is in `ray`, against one triangle of a block.
+    #[inline(always)]
+    fn one(
+        &self,
+        ray: &RayLanes<L>,
+        block: &TriangleBlock<L::Scalar>,
+        lane: usize,
+        active: L::Mask,
+    ) -> (L::Mask, L) {
+        let corners = block
+            .corners
+            .map(|corner| corner.map(|axis| L::splat(axis[lane])));
+        intersect_triangle(ray, &self.shear, corners, active)
+    }
+}
+
+/// What scenes can be traced with.
+pub trait Precision: Scalar {
+    /// Lanes for the triangles of a block.
+    type Block<I: Isa>: Lanes<Scalar = Self>;
+    /// A packet made ready for the triangles of a mesh.
+    type PacketRays<I: Isa>: Copy;
+
+    /// Nearest crossings of a packet with a shape; world t.
+    fn packet_shape<I: Isa>(
+        shape: &Shape<Self>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+    ) -> (PacketMask<I>, Halves<I::F64>);
+
+    /// Makes a packet ready for a mesh.
+    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Self::PacketRays<I>;
+
+    /// Crossings of a packet with the triangles of a block, given to `found` with the
+    /// triangle's lane; world t.
+    fn packet_block<I: Isa>(
+        prepared: &Self::PacketRays<I>,
+        rays: &Halves<LevelRays<I::F64>>,
+        block: &TriangleBlock<Self>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+        found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
+    );
+}
+
+/// The interval of a packet in single precision.
+#[inline(always)]
+fn narrow_interval<I: Isa>(
+    rays: &Halves<LevelRays<I::F64>>,
+    t_min: &Halves<I::F64>,
+    t_max: &Halves<I::F64>,
+) -> (I::F32, I::F32) {
+    let (low_min, low_max) = level_interval(&rays[0], t_min[0], t_max[0]);
+    let (high_min, high_max) = level_interval(&rays[1], t_min[1], t_max[1]);
+    (
+        I::narrow(low_min, high_min),
+        raised(I::narrow(low_max, high_max)),
+    )
+}
+
+#[inline(always)]
+fn narrow_vectors<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> ([I::F32; 3], [I::F32; 3]) {
+    (
+        std::array::from_fn(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
+        std::array::from_fn(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
+    )
+}
+
+#[inline(always)]
+fn widened<I: Isa>(rays: &Halves<LevelRays<I::F64>>, t: I::F32) -> Halves<I::F64> {
+    let (low, high) = I::widen(t);
+    [from_level(&rays[0], low), from_level(&rays[1], high)]
+}
+
+impl Precision for f32 {
+    type Block<I: Isa> = I::F32UpTo8;
+    type PacketRays<I: Isa> = TriangleRays<I::F32>;
+
+    #[inline(always)]
+    fn packet_shape<I: Isa>(
+        shape: &Shape<f32>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+    ) -> (PacketMask<I>, Halves<I::F64>) {
+        let (o, d) = narrow_vectors::<I>(rays);
+        let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
+        let ray = RayLanes { o, d, t_min, t_max };
+        let (hit, t) = shape.intersect::<I, _>(&ray, active);
+        (hit, widened::<I>(rays, t))
+    }
+
+    #[inline(always)]
+    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> TriangleRays<I::F32> {
+        let (o, d) = narrow_vectors::<I>(rays);
+        TriangleRays::new(o, d)
+    }
+
+    #[inline(always)]
+    fn packet_block<I: Isa>(
+        prepared: &TriangleRays<I::F32>,
+        rays: &Halves<LevelRays<I::F64>>,
+        block: &TriangleBlock<f32>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+        mut found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
+    ) {
+        let ray = prepared.within(narrow_interval::<I>(rays, t_min, t_max));
+        for lane in 0..block.len as usize {
+            let (hit, t) = prepared.one(&ray, block, lane, active);
+            if hit.any() {
+                found(lane, hit, widened::<I>(rays, t));
+            }
+        }
+    }
+}
+
+impl Precision for f64 {
+    type Block<I: Isa> = I::F64;
+    type PacketRays<I: Isa> = Halves<TriangleRays<I::F64>>;
+
+    #[inline(always)]
+    fn packet_shape<I: Isa>(
+        shape: &Shape<f64>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+    ) -> (PacketMask<I>, Halves<I::F64>) {
+        let active = I::split(active);
+        let half = |h: usize, active: <I::F64 as Lanes>::Mask| {
+            let (t_min, t_max) = level_interval(&rays[h], t_min[h], t_max[h]);
+            let ray = RayLanes {
+                o: rays[h].origin,
+                d: rays[h].direction,
+                t_min,
+                t_max,
+            };
+            let (hit, t) = shape.intersect::<I, _>(&ray, active);
+            (hit, from_level(&rays[h], t))
+        };
+        let (hit_low, t_low) = half(0, active.0);
+        let (hit_high, t_high) = half(1, active.1);
+        (I::join(hit_low, hit_high), [t_low, t_high])
+    }
+
+    #[inline(always)]
+    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Halves<TriangleRays<I::F64>> {
+        [0, 1].map(|h| TriangleRays::new(rays[h].origin, rays[h].direction))
+    }
+
+    #[inline(always)]
+    fn packet_block<I: Isa>(
+        prepared: &Halves<TriangleRays<I::F64>>,
+        rays: &Halves<LevelRays<I::F64>>,
+        block: &TriangleBlock<f64>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+        active: PacketMask<I>,
+        mut found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
+    ) {
+        let active = I::split(active);
+        let ray = [0, 1].map(|h| prepared[h].within(level_interval(&rays[h], t_min[h], t_max[h])));
+        for lane in 0..block.len as usize {
+            let (hit_low, t_low) = prepared[0].one(&ray[0], block, lane, active.0);
+            let (hit_high, t_high) = prepared[1].one(&ray[1], block, lane, active.1);
+            let hit = I::join(hit_low, hit_high);
+            if hit.any() {
+                found(
+                    lane,
+                    hit,
+                    [from_level(&rays[0], t_low), from_level(&rays[1], t_high)],
+                );
+            }
+        }
+    }
+}
+
+/// The interval of one ray.
+#[inline(always)]
+fn single_interval<F: Scalar>(ray: &LevelRays<f64>, t_min: f64, t_max: f64) -> (F, F) {
+    let (t_min, t_max) = level_interval(ray, t_min, t_max);
+    (F::from_f64(t_min), raised(F::from_f64(t_max)))
+}
+
+/// World t of the nearest crossing of one ray with a shape.
+#[inline(always)]
+pub fn intersect_shape<I: Isa, F: Scalar>(
+    shape: &Shape<F>,
+    ray: &LevelRays<f64>,
+    t_min: f64,
+    t_max: f64,
+) -> Option<f64> {
+    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let lanes = RayLanes {
+        o: ray.origin.map(F::from_f64),
+        d: ray.direction.map(F::from_f64),
+        t_min,
+        t_max,
+    };
+    let (hit, t) = shape.intersect::<I, F>(&lanes, true);
+    hit.then(|| from_level(ray, t.to_f64()))
+}
+
+/// One ray in every lane, made ready for the triangles of a mesh.
+#[inline(always)]
+pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>) -> TriangleRays<L> {
+    let splat = |x: f64| L::splat(L::Scalar::from_f64(x));
+    TriangleRays::new(ray.origin.map(splat), ray.direction.map(splat))
+}
+
+/// Crossings of one ray with the triangles of a block, given to `found` with the triangle's
+/// lane; world t.
+#[inline(always)]
+pub fn intersect_block<L: Lanes>(
+    prepared: &TriangleRays<L>,
+    ray: &LevelRays<f64>,
+    block: &TriangleBlock<L::Scalar>,
+    t_min: f64,
+    t_max: f64,
+    mut found: impl FnMut(usize, f64),
+) {
+    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let lanes = prepared.within((L::splat(t_min), L::splat(t_max)));
+    for first in (0..block.len as usize).step_by(L::WIDTH) {
+        let corners = block
+            .corners
+            .map(|corner| corner.map(|axis| L::load(&axis[first..])));
+        let (hit, t) = intersect_triangle(&lanes, &prepared.shear, corners, Mask::full());
+        let mut hit = hit.bits();
+        while hit != 0 {
+            let lane = hit.trailing_zeros() as usize;
+            hit &= hit - 1;
+            found(first + lane, from_level(ray, t.get(lane).to_f64()));
+        }
+    }
+}

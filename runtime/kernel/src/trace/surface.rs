@@ -1,0 +1,138 @@
+//! From a leaf number and t to the surface there.
+//!
+//! The way down through the levels is found again from the leaf number, so traversal carries no
+//! path. The point is computed where it is small: in object space, moved onto the surface, and
+//! only then transformed, translations last.
+//!
+//! # Offset
+//!
+//! A ray that starts at the point is traced like any other: its origin is rounded to F in the
+//! normalised space of the object, and intersectors err by some units of F there. Together that
+//! stays below δ = 32·ε_F·size along the object's normal n_o. Displacing the start by h along the
+//! world normal n = Wᵀn_o/|Wᵀn_o| moves it by n_o·W·n·h = |Wᵀn_o|·h along n_o in object space, so
+//! h = δ/|Wᵀn_o| clears the surface under any affine map (after Wächter & Binder's and NVIDIA's
+//! self-intersection-avoidance bounds for instances). Each transform adds its own rounding,
+//! γ·(|M||p| + |T|) in f64, likewise divided by the normal's length there. Flat shapes meet rays
+//! in f64 (see `instance`), so their δ is of f64.
+use super::Nearest;
+use super::level::Target;
+use crate::bvh::{NormalSpace, exponent, power_of_two};
+use crate::instance::{LevelRays, dot};
+use crate::ray::{Hit, Ray};
+use crate::scalar::Scalar;
+use crate::scene::{Geometry, Group, Prototype, Scene};
+use crate::shapes::triangle_surface;
+
+/// Rounding errors of one transform of a point, in units of the magnitudes of its terms.
+const TRANSFORM_ERROR: f64 = 8.0 * f64::EPSILON;
+
+impl<F: Scalar> Scene<F> {
+    /// The surface at a hit. `path` is scratch.
+    #[inline(always)]
+    pub(super) fn surface(&self, ray: &Ray, nearest: &Nearest, path: &mut Vec<usize>) -> Hit {
+        if nearest.leaf < 0 {
+            return Hit::MISS;
+        }
+        path.clear();
+        let mut rays = LevelRays::from_ray(ray);
+        let mut group: &Group = &self.groups[0];
+        let mut leaf = nearest.leaf;
+        let mut bound = 0;
+        let mut forced = None;
+        let (prototype, index) = loop {
+            let (offset, before) = group.find_leaf(leaf);
+            let row = group.start + offset;
+            path.push(row);
+            leaf -= before;
+            match self.instance_material[row] {
+                -1 => {}
+                material if material >= 0 => bound = material,
+                forces => forced = forced.or(Some(-2 - forces)),
+            }
+            let target = self.target(row);
+            let entrance = self.entrance(row, &target);
+            match target {
+                Target::Group(inner) => {
+                    rays = entrance.enter_group(&rays);
+                    group = inner;
+                }
+                Target::Prototype(prototype) => {
+                    rays = entrance.enter_prototype(&rays, &prototype.space);
+                    break (prototype, self.instance_target[row]);
+                }
+            }
+        };
+        let tau = (nearest.t - rays.start) * rays.per_rate;
+        let local: [f64; 3] =
+            std::array::from_fn(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
+        let (mut point, normal, error) = prototype.surface(local, nearest.triangle);
+        let mut normal = rescaled(normal);
+        let mut offset = error;
+        for &row in path.iter().rev() {
+            let matrix = &self.world_from_object[row];
+            let low = self.translation_low.get(row).copied().unwrap_or_default();
+            let inverse = &self.object_from_world[row];
+            let turned: [f64; 3] =
+                std::array::from_fn(|i| dot([inverse[0][i], inverse[1][i], inverse[2][i]], normal));
+            let magnitude: [f64; 3] = std::array::from_fn(|i| {
+                let [x, y, z, w] = matrix[i];
+                dot([x.abs(), y.abs(), z.abs()], point.map(f64::abs)) + w.abs()
+            });
+            offset += TRANSFORM_ERROR * dot(turned.map(f64::abs), magnitude);
+            point = std::array::from_fn(|i| {
+                let [x, y, z, w] = matrix[i];
+                dot([x, y, z], point) + f64::from(low[i]) + w
+            });
+            let unit = unit_of(turned);
+            normal = turned.map(|x| x * unit);
+            offset *= unit;
+        }
+        let length = dot(normal, normal).sqrt();
+        Hit {
+            t: nearest.t.max(ray.t_min.next_up()),
+            position: point,
+            normal: normal.map(|x| x / length),
+            offset: offset / length,
+            instance: nearest.leaf,
+            prototype: index,
+            material: forced.unwrap_or(bound),
+        }
+    }
+}
+
+/// The power of two that brings the largest component to order one.
+#[inline(always)]
+fn unit_of(v: [f64; 3]) -> f64 {
+    power_of_two(-exponent(v[0].abs().max(v[1].abs()).max(v[2].abs())))
+}
+
+#[inline(always)]
+fn rescaled(v: [f64; 3]) -> [f64; 3] {
+    let unit = unit_of(v);
+    v.map(|x| x * unit)
+}
+
+impl<F: Scalar> Prototype<F> {
+    /// Point, normal and δ in object space, from a point near the surface in normalised space.
+    #[inline(always)]
+    fn surface(&self, local: [f64; 3], triangle: u32) -> ([f64; 3], [f64; 3], f64) {
+        let NormalSpace { center, scale } = self.space;
+        let to_object = |p: [f64; 3]| std::array::from_fn(|i| p[i].mul_add(1.0 / scale, center[i]));
+        let error = F::EPS.to_f64() * 32.0 / scale;
+        match &self.geometry {
+            Geometry::Shape(shape) => {
+                let (point, normal) = shape.surface(local);
+                let point: [f64; 3] = to_object(point);
+                if self.anchor.flat {
+                    let magnitude = point.iter().fold(0.0, |sum, x| sum + x.abs());
+                    return (point, normal, TRANSFORM_ERROR * magnitude);
+                }
+                (point, normal, error)
+            }
+            Geometry::Mesh(mesh) => {
+                let (point, normal) = triangle_surface(mesh.corners(triangle), to_object(local));
+                (point, normal, error)
+            }
+        }
+    }
+}
