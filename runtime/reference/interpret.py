@@ -91,7 +91,10 @@ class Numbering:
 
     def of(self, shape: Shape | Mesh, material: Material) -> tuple[int, int, int]:
         """The numbers of the next leaf, its prototype and its material."""
-        key = (shape.kind, shape.parameters) if isinstance(shape, Shape) else id(shape)
+        if isinstance(shape, Shape):
+            key: object = shape.kind, shape.parameters
+        else:
+            key = id(shape.points), id(shape.triangles)
         prototype = self.prototypes.setdefault(key, len(self.prototypes))
         self.leaves += 1
         return (
@@ -108,7 +111,8 @@ class ReferenceTracer:
     decimal digits. Meant to be compared with: time grows with rays × leaves × depth.
 
     After a trace `materials` lists the materials that `material` indexes, in order of first use.
-    An instance whose transform has no inverse has no hits and no leaf numbers.
+    An instance whose transform has no inverse has no hits and no leaf numbers, nor has a mesh
+    without triangles.
     """
 
     def __init__(
@@ -125,7 +129,11 @@ class ReferenceTracer:
         self.materials: list[Material] = []
 
     def trace(
-        self, origins: FloatArray, directions: FloatArray, t_min: FloatArray, t_max: FloatArray
+        self,
+        origins: FloatArray,
+        directions: FloatArray,
+        t_min: FloatArray,
+        t_max: FloatArray,
     ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, NDArray[np.int32], NDArray[np.int32]]:
         """Closest hits with t_min < t < t_max.
 
@@ -149,7 +157,11 @@ class ReferenceTracer:
         )
 
     def occluded(
-        self, origins: FloatArray, directions: FloatArray, t_min: FloatArray, t_max: FloatArray
+        self,
+        origins: FloatArray,
+        directions: FloatArray,
+        t_min: FloatArray,
+        t_max: FloatArray,
     ) -> NDArray[np.bool_]:
         """Whether anything is hit with t_min < t < t_max, (n,)."""
         return self.closest(origins, directions, t_min, t_max).leaf >= 0
@@ -195,6 +207,8 @@ class ReferenceTracer:
         """The closest hits of the rays with a node, all in the space that the node is in."""
         number = self._number
         match node:
+            case Mesh() if not len(node.triangles):
+                return missed(rays.t_min.size, number)
             case Shape() | Mesh():
                 return leaf_hits(intersect(node, rays, number), *numbering.of(node, bound.material))
             case Bind():

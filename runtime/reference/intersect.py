@@ -84,10 +84,11 @@ def meet_flat(rays: Rays, within: Callable[[Array, Array], Array]) -> Meeting:
 def meet_triangles(corners: Array, rays: Rays, number: Number) -> Meeting:
     """Meet triangles, `corners` `(3, 3, m)`: corner, coordinate, triangle.
 
-    Seen from the ray's origin the corners are a, b, c. The ray passes through the triangle if it
-    passes all three edges on the same side: the volumes u = d · (c × b), … have one sign. They are
-    the barycentric coordinates of the point, up to their sum. An edge shared by two triangles gives
-    the same number in both, with the other sign: no ray slips through.
+    In the space of Woop, Benthin and Wald (JCGT 2(1), 2013) the ray is the z axis: the origin is
+    moved to 0, z is where the ray advances most, and x and y are sheared. The ray passes through a
+    triangle a b c if it passes its three edges on the same side, u = c × b, … in x and y. Rounding
+    cannot turn the sign of a difference of two products, and an edge has the same corners,
+    rounded alike, in both its triangles: no ray slips through.
     """
     n, m = rays.t_min.size, corners.shape[2]
     unmet = number.array(np.full(n, np.inf))
@@ -96,26 +97,28 @@ def meet_triangles(corners: Array, rays: Rays, number: Number) -> Meeting:
         return best
     low, high = corners.min(axis=(0, 2)), corners.max(axis=(0, 2))
     o, d, slide, stretch = approach(rays, (low + high)[:, None] / 2, number)
+    axes = (np.argmax(np.abs(d), axis=0) + np.array([[1], [2], [0]])) % 3
+    dx, dy, dz = np.take_along_axis(d, axes, 0)[:, :, None]
     for first in range(0, m, TRIANGLES_AT_ONCE):
         part = corners[:, :, None, first : first + TRIANGLES_AT_ONCE]
-        a, b, c = part - o[:, :, None]
-        u = dot(cross(c, b), d[:, :, None])
-        v = dot(cross(a, c), d[:, :, None])
-        w = dot(cross(b, a), d[:, :, None])
+        x, y, z = (part - o[:, :, None])[:, axes, np.arange(n)].swapaxes(0, 1)
+        (ax, bx, cx), (ay, by, cy) = x - dx / dz * z, y - dy / dz * z
+        u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
         within = ((u >= 0) & (v >= 0) & (w >= 0)) | ((u <= 0) & (v <= 0) & (w <= 0))
         total = u + v + w
-        point = ratio(u * a + v * b + w * c, total, np.inf)
-        t = (dot(point, d[:, :, None]) + slide[:, None]) / stretch[:, None]
+        s = ratio(u * z[0] + v * z[1] + w * z[2], total * dz, np.inf)
+        t = (s + slide[:, None]) / stretch[:, None]
         hit = within & (total != 0) & (rays.t_min[:, None] < t) & (t < rays.t_max[:, None])
         t = np.where(hit, t, np.inf)
-        at = (np.arange(n), np.argmin(t, axis=1))
-        normal = cross(part[1] - part[0], part[2] - part[0])
-        normal = normal / number.length(normal)
-        nearer = t[at] < best.t
+        index = np.argmin(t, axis=1)
+        t, s = (np.take_along_axis(each, index[:, None], 1)[:, 0] for each in (t, s))
+        a, b, c = part[:, :, 0, index]
+        normal = cross(b - a, c - a)
+        nearer = t < best.t
         best = Meeting(
-            np.where(nearer, t[at], best.t),
-            np.where(nearer, point[(slice(None), *at)] + o, best.point),
-            np.where(nearer, normal[:, 0, at[1]], best.normal),
+            np.where(nearer, t, best.t),
+            np.where(nearer, o + np.where(finite(s), s, 0) * d, best.point),
+            np.where(nearer, ratio(normal, number.length(normal), 0), best.normal),
         )
     return best
 
