@@ -99,15 +99,12 @@ class DoubleDouble:
         if other.is_constant(0.0) or self.is_constant(1.0):
             return other
         p, e = two_product(self.hi, other.hi)
-        if _is_nothing(other.lo):
-            if _is_nothing(self.lo):
-                return DoubleDouble(p, e)
-            cross = self.lo * other.hi
-        elif _is_nothing(self.lo):
+        if not _is_nothing(other.lo):
             cross = self.hi * other.lo
-        else:
-            cross = self.hi * other.lo + self.lo * other.hi
-        return DoubleDouble(*_fast_two_sum(p, e + cross))
+            e = e + (cross if _is_nothing(self.lo) else cross + self.lo * other.hi)
+        elif not _is_nothing(self.lo):
+            e = e + self.lo * other.hi
+        return DoubleDouble(*_fast_two_sum(p, e))
 
     def __truediv__(self, other: DoubleDouble) -> DoubleDouble:
         """Quotient; not finite where `other` is 0 (algorithm 17 of Joldes et al.)."""
