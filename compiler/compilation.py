@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from compiler.flatten import Pruned, flatten
 from compiler.ir import SceneIR
@@ -29,24 +29,42 @@ class Compilation:
     pruned: Pruned
     warnings: tuple[Diagnostic, ...]
     files: Files
+    time: Time
 
     def load(self, file: File) -> Node:
         """What a node of the graph that names a file stands for."""
-        node, diagnostics = _load(file, self.files)
+        node, diagnostics = _load(file, self.files, self.time)
         if node is None:
             raise CompileError(diagnostics)
         return node
 
+    def figures(self) -> dict[str, Any]:
+        """What the scene consists of, as JSON values.
 
-def compile_text(text: str, name: str = "scene.ovo", files: Files | None = None) -> Compilation:
+        The fields of `compiler.inspect.Summary`, `pruned` with those of `Pruned`, and `hash`: that
+        of what the picture depends on.
+        """
+        from compiler.inspect import summarize
+        from compiler.ir_binary import content_hash
+
+        return {
+            **asdict(summarize(self.ir)),
+            "pruned": asdict(self.pruned),
+            "hash": content_hash(self.ir),
+        }
+
+
+def compile_text(
+    text: str, name: str = "scene.ovo", files: Files | None = None, time: Time = None
+) -> Compilation:
     """Compile a scene program.
 
     `name` is what diagnostics print; the files that the program names are found relative to its
-    folder, and read through `files`. Raises CompileError.
+    folder, and read through `files`; stages among them are read at `time`. Raises CompileError.
     """
     files = files or Files()
     graph, diagnostics = evaluate_source(Source(name, text), files)
-    return _compile_graph(graph, diagnostics, files)
+    return _compile_graph(graph, diagnostics, files, time)
 
 
 def compile_path(path: Path, time: Time = None) -> Compilation:
@@ -58,32 +76,32 @@ def compile_path(path: Path, time: Time = None) -> Compilation:
     files = Files()
     try:
         if path.suffix.lower() not in STAGE_SUFFIXES:
-            return compile_text(files.read_text(str(path)), str(path), files)
+            return compile_text(files.read_text(str(path)), str(path), files, time)
         files.resolve(str(path))
     except FileFault as fault:
         raise CompileError([fault.diagnostic(None)]) from None
     from compiler.usd import import_stage
 
     graph, diagnostics = import_stage(path, time=time)
-    return _compile_graph(graph, diagnostics, files)
+    return _compile_graph(graph, diagnostics, files, time)
 
 
 def _compile_graph(
-    graph: SceneGraph | None, diagnostics: list[Diagnostic], files: Files
+    graph: SceneGraph | None, diagnostics: list[Diagnostic], files: Files, time: Time
 ) -> Compilation:
     _stop_at_errors(diagnostics)
     assert graph is not None, "a front end that finds no errors makes a graph"
-    ir, faults, pruned = flatten(graph, partial(_load, files=files))
+    ir, faults, pruned = flatten(graph, partial(_load, files=files, time=time))
     diagnostics = [*diagnostics, *faults]
     _stop_at_errors(diagnostics)
     assert ir is not None, "flattening that finds no errors makes an IR"
-    return Compilation(graph, ir, pruned, tuple(diagnostics), files)
+    return Compilation(graph, ir, pruned, tuple(diagnostics), files, time)
 
 
-def _load(file: File, files: Files) -> tuple[Node | None, list[Diagnostic]]:
+def _load(file: File, files: Files, time: Time) -> tuple[Node | None, list[Diagnostic]]:
     from compiler.mesh import load_file
 
-    return load_file(file, files)
+    return load_file(file, files, time=time)
 
 
 def _stop_at_errors(diagnostics: list[Diagnostic]) -> None:

@@ -107,7 +107,20 @@ class CheckAnswer(BaseModel):
 class CompileAnswer(BaseModel):
     """What a scene consists of."""
 
-    model_config = ConfigDict(extra="allow")
+    leaves: int = Field(description="Instances, every group expanded.")
+    instances: int = Field(description="Rows of the instance table.")
+    groups: int
+    prototypes: dict[str, int] = Field(description="How many of each shape.")
+    mesh_points: int
+    mesh_triangles: int
+    materials: int
+    lights: dict[str, int]
+    cameras: int
+    bytes: int
+    instance_bytes: float = Field(description="All memory but that of prototypes, per row.")
+    bounds: tuple[Vector, Vector] | None = Field(description="World space; infinite shapes apart.")
+    pruned: dict[str, int] = Field(description="What the scene has and its IR does without.")
+    hash: str = Field(description="SHA-256 of what the picture depends on.")
 
 
 class Health(BaseModel):

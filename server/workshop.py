@@ -44,12 +44,16 @@ class Ticket:
         if self._cancelled.is_set():
             raise AbandonedError
         if monotonic() > self._deadline:
-            raise Problem(
-                503,
-                "too-slow",
-                f"the answer is not ready after {self.seconds:g} s: ask for fewer pixels or "
-                "samples, or for more time (max_seconds)",
-            )
+            raise self.too_slow()
+
+    def too_slow(self) -> Problem:
+        """What to answer when the time is over."""
+        return Problem(
+            503,
+            "too-slow",
+            f"the answer is not ready after {self.seconds:g} s: ask for fewer pixels or samples, "
+            "or for more time (max_seconds)",
+        )
 
 
 class Workshop:
@@ -63,7 +67,7 @@ class Workshop:
     async def run(self, request: Request, work: Callable[[Ticket], Result]) -> Result:
         """Run `work(ticket)` and give its result; the problem 503 for want of room or of time.
 
-        The work is cancelled when the client goes away.
+        The work is abandoned when the client goes away.
         """
         settings = self._settings
         if self._inside >= settings.running + settings.waiting:
@@ -71,21 +75,31 @@ class Workshop:
                 503, "busy", "too many requests are waiting", headers={"Retry-After": "1"}
             )
         ticket = Ticket(settings.max_seconds)
+        loop = asyncio.get_running_loop()
         self._inside += 1
-        task: asyncio.Future[Any] = asyncio.get_running_loop().run_in_executor(self._pool, _begin, work, ticket)
-        gone: asyncio.Future[Any] = asyncio.ensure_future(_disconnected(request))
+        task: asyncio.Future[Result] = loop.run_in_executor(self._pool, _begin, work, ticket)
+        task.add_done_callback(self._leave)
+        gone: asyncio.Future[None] = asyncio.ensure_future(_disconnected(request))
+        both: set[asyncio.Future[Any]] = {task, gone}
         try:
-            await asyncio.wait({task, gone}, return_when=asyncio.FIRST_COMPLETED)
-            if not task.done():
-                ticket.cancel()
-            result: Result = await task
-            return result
-        except AbandonedError:
-            raise Problem(503, "gone", "the client went away") from None
+            done, _ = await asyncio.wait(
+                both, timeout=ticket.seconds, return_when=asyncio.FIRST_COMPLETED
+            )
+            if task in done:
+                return task.result()
+            if gone in done:
+                raise Problem(503, "gone", "the client went away")
+            raise ticket.too_slow()
         finally:
-            gone.cancel()
+            # What waits is dropped; what runs ends at its next look at the ticket.
+            task.cancel()
             ticket.cancel()
-            self._inside -= 1
+            gone.cancel()
+
+    def _leave(self, task: asyncio.Future[Any]) -> None:
+        self._inside -= 1
+        if not task.cancelled():
+            task.exception()  # nobody else asks for that of work which is abandoned
 
     def close(self) -> None:
         """Refuse further work and drop what waits."""

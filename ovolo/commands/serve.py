@@ -11,7 +11,7 @@ from ovolo.exits import Exit, StopError
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("--host", default="127.0.0.1", help="loopback address; default 127.0.0.1")
-    parser.add_argument("--port", type=int, default=8000, help="default 8000; 0 takes a free one")
+    parser.add_argument("--port", type=_port, default=8000, help="default 8000; 0 takes a free one")
     parser.add_argument(
         "--assets", type=Path, metavar="FOLDER", help="where scenes may read files; default: none"
     )
@@ -26,12 +26,19 @@ def run(arguments: argparse.Namespace) -> Exit:
         raise StopError(Exit.FILES, f"`{arguments.assets}` is not a folder")
     try:
         serve(Settings(asset_root=arguments.assets), arguments.host, arguments.port, _ready)
-    except (ValueError, OverflowError) as error:
+    except ValueError as error:
         raise StopError(Exit.USAGE, str(error)) from None
     except OSError as error:
         place = f"{arguments.host}:{arguments.port}"
         raise StopError(Exit.USAGE, f"cannot listen on {place}: {error.strerror}") from None
     return Exit.OK
+
+
+def _port(text: str) -> int:
+    port = int(text)
+    if not 0 <= port <= 65535:
+        raise ValueError
+    return port
 
 
 def _ready(address: str) -> None:

@@ -58,11 +58,9 @@ async def compile(request: Request) -> Response:
     workshop: Workshop = request.app.state.workshop
 
     def work(ticket: Ticket) -> bytes:
-        ir = compile_program(body.parse(Program), request.app.state.settings).ir
+        compilation = compile_program(body.parse(Program), request.app.state.settings)
         if media_type == TEXT:
-            return print_ir(ir).encode()
-        from compiler.inspect import summarize
-
-        return json.dumps(summarize(ir)).encode()
+            return print_ir(compilation.ir).encode()
+        return json.dumps(compilation.figures()).encode()
 
     return Response(await workshop.run(request, work), media_type=media_type)

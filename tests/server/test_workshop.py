@@ -115,6 +115,25 @@ def test_work_ends_when_the_client_leaves() -> None:
     run(workshop, main)
 
 
+def test_nobody_waits_longer_than_the_deadline() -> None:
+    workshop = Workshop(Settings(running=1, max_seconds=0.05))
+    turn = threading.Event()
+    begun: list[str] = []
+
+    async def main() -> None:
+        deaf = asyncio.ensure_future(workshop.run(client(), lambda ticket: turn.wait(10)))
+        await asyncio.sleep(0)
+        queued = workshop.run(client(), lambda ticket: begun.append("queued"))
+        for task in (queued, deaf):
+            with pytest.raises(Problem) as caught:
+                await task
+            assert caught.value.kind == "too-slow"
+        turn.set()
+
+    run(workshop, main)
+    assert begun == []
+
+
 def test_what_the_work_raises_comes_back() -> None:
     workshop = Workshop(Settings())
 

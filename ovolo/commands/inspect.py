@@ -1,0 +1,64 @@
+"""`ovolo inspect`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ovolo.commands.stage_time import add_time
+from ovolo.exits import Exit
+from ovolo.terminal import print_diagnostics, print_json
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help=".ovo or USD file")
+    add_time(parser)
+    parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
+
+
+def run(arguments: argparse.Namespace) -> Exit:
+    """Print the figures of a scene; warnings name what a stage has and the scene has not."""
+    from compiler.compilation import compile_path
+
+    compilation = compile_path(arguments.scene, arguments.time)
+    figures = compilation.figures()
+    if arguments.json:
+        from dsl.render_diagnostic import to_json
+
+        print_json({**figures, "diagnostics": [to_json(w) for w in compilation.warnings]})
+    else:
+        print_diagnostics(compilation.warnings)
+        for title, words in _lines(figures):
+            print(f"{title:<12}{words}")
+    return Exit.OK
+
+
+def _lines(figures: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What people read of the figures, line by line."""
+    instances = f"{figures['leaves']:,}"
+    if figures["instances"] != figures["leaves"]:
+        instances += f", kept as {figures['instances']:,} in {figures['groups']:,} groups"
+    yield "instances", instances
+    yield "prototypes", _tally(figures["prototypes"])
+    if figures["mesh_triangles"]:
+        triangles, points = figures["mesh_triangles"], figures["mesh_points"]
+        yield "meshes", f"{triangles:,} triangles, {points:,} points"
+    yield "materials", f"{figures['materials']:,}"
+    yield "lights", _tally(figures["lights"])
+    yield "cameras", f"{figures['cameras']:,}"
+    yield "memory", f"{figures['bytes']:,} bytes; {figures['instance_bytes']:.1f} per instance"
+    if figures["bounds"] is not None:
+        lower, upper = (
+            "(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in figures["bounds"]
+        )
+        yield "bounds", f"{lower} … {upper}"
+    left_out = {name.replace("_", " "): n for name, n in figures["pruned"].items()}
+    yield "left out", _tally(left_out)
+    yield "hash", figures["hash"]
+
+
+def _tally(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count:,} {name}" for name, count in counts.items() if count) or "none"
