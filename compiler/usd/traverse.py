@@ -41,6 +41,7 @@ class Inherited:
     visible: bool = True
     purpose: str = "default"
     collections: bool = False  # whether a material collection above may single out prims
+    prototype: bool = False  # whether a point instancer above draws it
 
 
 @dataclass(slots=True)
@@ -100,18 +101,10 @@ class Traversal:
         path = prim.GetPath()
         return Origin(PrimPlace(self.name, str(path)), frame.base.label(path), point=point)
 
-    def walk(
-        self,
-        root: Any,
-        above: Inherited,
-        base: Base,
-        *,
-        inside: bool = False,
-        predicate: Any = DRAWN,
-    ) -> Frame:
+    def walk(self, root: Any, above: Inherited, base: Base, *, inside: bool = False) -> Frame:
         """Walk the prims at and below `root`, or only those below it (`inside`)."""
         frame = Frame(base)
-        visits = self._visits(root, above, inside, predicate)
+        visits = self._visits(root, above, inside)
         self.appearance.resolve(
             visit.prim
             for visit in visits
@@ -120,6 +113,7 @@ class Traversal:
         )
         for visit in visits[1:] if inside else visits:
             self._draw(visit, frame)
+        reset_nodes: list[Node] = []
         # Children come after their parents: backwards, every prim finds its children's nodes.
         for index in range(len(visits) - 1, -1, -1):
             visit = visits[index]
@@ -132,19 +126,19 @@ class Traversal:
             steps, reset = local_steps(visit.prim, self.clock, self.report)
             placed = [_placed(items, steps)] if steps else items
             if reset and not visit.prim.IsPseudoRoot():
-                frame.hoisted += placed
+                reset_nodes += reversed(placed)
             elif index == 0:
                 frame.items += placed
             else:
                 visits[visit.parent].below += reversed(placed)
+        frame.hoisted += reversed(reset_nodes)
         return frame
 
     def prototype(self, root: Any, above: Inherited, base: Base) -> tuple[Node | None, bool]:
         """One prototype of a point instancer in its own space, and whether it can be shared."""
+        above = replace(above, prototype=True)
         key = ("point", root.GetPath(), above, base)
-        entry = self._entry(
-            key, lambda: self.walk(root, above, base, predicate=PROTOTYPE), root.GetPath()
-        )
+        entry = self._entry(key, lambda: self.walk(root, above, base), root.GetPath())
         if entry is None:
             return None, True
         frame, node, hoisted = entry
@@ -154,11 +148,11 @@ class Traversal:
             )
         return _group([item for item in (node, hoisted) if item is not None]), frame.shared
 
-    def _visits(self, root: Any, above: Inherited, inside: bool, predicate: Any) -> list[Visit]:
+    def _visits(self, root: Any, above: Inherited, inside: bool) -> list[Visit]:
         visits: list[Visit] = []
         ancestors: list[int] = []
         depth = root.GetPath().pathElementCount
-        prims = iter(Usd.PrimRange(root, predicate))
+        prims = iter(Usd.PrimRange(root, PROTOTYPE if above.prototype else DRAWN))
         for prim in prims:
             level = prim.GetPath().pathElementCount - depth
             del ancestors[level:]
@@ -182,7 +176,7 @@ class Traversal:
             if attribute.HasAuthoredValue():
                 purpose = self.clock.token(attribute) or purpose
         collections = above.collections or has_collection_bindings(prim)
-        return Inherited(visible, purpose, collections)
+        return Inherited(visible, purpose, collections, above.prototype)
 
     def _draw(self, visit: Visit, frame: Frame) -> None:
         """Make the nodes of one prim, in its own space."""

@@ -307,9 +307,21 @@ def PointInstancer "p" {
 class Xform "_class" {
     def Cube "c" {
     }
+    def "native" (instanceable = true
+        inherits = </_inner>
+    ) {
+    }
+}
+class Xform "_inner" {
+    def Cone "d" {
+    }
 }
 """)
-    assert imported.paths() == ["/_class/c@/p[0]", "/p/over/s@/p[1]"]
+    assert imported.paths() == [
+        "/_class/c@/p[0]",
+        "/_class/native/d@/p[0]",
+        "/p/over/s@/p[1]",
+    ]
 
 
 def test_a_reset_within_a_prototype_drops_what_is_within_the_prototype(

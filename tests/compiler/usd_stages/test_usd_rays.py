@@ -212,7 +212,7 @@ def test_rays_hit_the_shared_meshes(name: str, precision: str) -> None:
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-def test_the_example_is_hit_where_its_prims_are(precision: str) -> None:
+def test_the_example_is_hit_where_its_prims_are(precision: Any) -> None:
     from pxr import Usd, UsdGeom
 
     scene = ovolo.compile_file(EXAMPLE)
