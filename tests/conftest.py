@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
+
+# Machines are shared: how long an example takes says nothing about it.
+settings.register_profile("ovolo", deadline=None)
+settings.load_profile("ovolo")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -35,8 +35,10 @@ def test_error_is_below_2_to_the_minus_103(degrees: float) -> None:
 @pytest.mark.parametrize("turns", [0, 1, -7, 10**5, 2**40])
 @pytest.mark.parametrize(
     ("degrees", "sine", "cosine"),
-    [(0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0), (30, 0.5, None), (60, None, 0.5)]
-    + [(120, None, -0.5), (150, 0.5, None), (210, -0.5, None), (300, None, 0.5)],
+    [
+        *[(0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0), (30, 0.5, None), (60, None, 0.5)],
+        *[(120, None, -0.5), (150, 0.5, None), (210, -0.5, None), (300, None, 0.5)],
+    ],
 )
 def test_special_angles_are_exact(
     turns: int, degrees: float, sine: float | None, cosine: float | None
