@@ -126,14 +126,14 @@ class _Parser:
         raise line.fault("this line belongs to no section")
 
     def _prototype(self, line: Line) -> None:
-        if line.peek() in ("point", "triangle"):
+        if line.peek() in ("point", "face"):
             if not self.kinds or self.kinds[-1] != MESH:
                 raise line.fault("this line belongs to no mesh")
             points, triangles = self.meshes[-1]
             if line.accept("point"):
                 points.append(line.numbers(3))
             else:
-                line.expect("triangle")
+                line.expect("face")
                 triangles.append([line.integer() for _ in range(3)])
             return
         kind = line.choice(KINDS, "a kind of shape")

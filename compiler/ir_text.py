@@ -141,7 +141,7 @@ def _prototypes(scene: SceneIR) -> Iterator[str]:
             for point in scene.mesh_points[first_point:end_point]:
                 yield f"  point {_numbers(point)}"
             for triangle in scene.mesh_triangles[first:end]:
-                yield f"  triangle {_numbers(triangle)}"
+                yield f"  face {_numbers(triangle)}"
             continue
         parameters = SHAPE_PARAMETERS[ShapeKind(ir.KINDS[kind])]
         values = scene.shape_parameters[data : data + len(parameters)]

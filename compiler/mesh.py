@@ -77,7 +77,12 @@ def _read(data: bytes, ending: str, beside: Mapping[str, bytes]) -> tuple[FloatA
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         scene: Any = trimesh.load_scene(
-            io.BytesIO(data), file_type=ending, resolver=beside, process=False, skip_materials=True
+            io.BytesIO(data),
+            file_type=ending,
+            resolver=beside,
+            process=False,
+            maintain_order=True,
+            skip_materials=True,
         )
     points: list[FloatArray] = [np.empty((0, 3))]
     triangles: list[IntArray] = [np.empty((0, 3), dtype=np.int64)]

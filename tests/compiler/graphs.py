@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -121,12 +122,11 @@ def _rows(
         count = len(SHAPE_PARAMETERS[ShapeKind(kind)])
         number = max(inner if inner >= -1 else -2 - inner, 0)
         record = ir.materials[number]
-        material = Material(
-            **{
-                name: tuple(record[name].tolist()) if record[name].ndim else record[name].item()
-                for name in Material.__dataclass_fields__
-            }
-        )
+        fields: dict[str, Any] = {
+            name: tuple(record[name].tolist()) if record[name].ndim else record[name].item()
+            for name in Material.__dataclass_fields__
+        }
+        material = Material(**fields)
         yield (kind, tuple(ir.shape_parameters[first : first + count])), matrix, material
 
 

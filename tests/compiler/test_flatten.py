@@ -71,7 +71,7 @@ def flattened(*items: Node) -> Flattened:
 def rounded(affine: Affine) -> np.ndarray:
     out = np.empty((1, 3, 4))
     affine.round_into(out)
-    return out[0]
+    return np.asarray(out[0])
 
 
 def check(ir: SceneIR, root: Node) -> None:
@@ -139,8 +139,9 @@ def test_a_batch_and_a_loop_give_the_same_arrays(count: int, nested: bool) -> No
             for i in range(count)
         )
     )
-    one, other = flat(placed(batch, step("shear", 0, 3, 0, 0, 0, 0))), flat(
-        placed(loop, step("shear", 0, 3, 0, 0, 0, 0))
+    one, other = (
+        flat(placed(batch, step("shear", 0, 3, 0, 0, 0, 0))),
+        flat(placed(loop, step("shear", 0, 3, 0, 0, 0, 0))),
     )
     for name in COLUMNS:
         if not name.startswith(("source", "instance_source")):
@@ -295,7 +296,9 @@ def test_singular_instances_are_left_out_and_the_others_keep_their_paths() -> No
     batch = Instances(
         ball(), Transform((Step(StepKind.SCALE, scales),)), origin=origin("b", start=5)
     )
-    result = flattened(batch, placed(ball(), step("scale", 1e200, 1, 1), step("scale", 1e200, 1, 1)))
+    result = flattened(
+        batch, placed(ball(), step("scale", 1e200, 1, 1), step("scale", 1e200, 1, 1))
+    )
     ir = result.ir
     assert ir is not None
     assert validate(ir) == []
@@ -340,7 +343,7 @@ def test_a_nest_of_20000_groups_is_flattened() -> None:
     for _ in range(20_000):
         node = Group((ball(), placed(node, step("translate", 1, 0, 0))))
     ir = flat(node)
-    assert ir.world_from_object[:, 0, 3].tolist() == list(range(20_000)) + [20_000]
+    assert ir.world_from_object[:, 0, 3].tolist() == [*range(20_000), 20_000]
 
 
 def test_a_long_shared_chain_is_composed_for_all_its_users() -> None:
