@@ -17,8 +17,9 @@ _DEGREES_PER_RADIAN = (
 
 def degrees_from_literal(digits: str, unit: str) -> float:
     """Degrees of a decimal literal and its unit, rounded once from the exact product."""
-    if unit == "deg":
-        return float(digits)
+    number = float(digits)
+    if unit == "deg" or number == 0.0 or math.isinf(number):
+        return number
     from decimal import Context, Decimal
 
     factor = Decimal(360) if unit == "turn" else Decimal(_DEGREES_PER_RADIAN)

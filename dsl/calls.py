@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -14,6 +14,9 @@ from dsl.kinds import ANGLE, COLOR, INTERVAL
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import POISON, Builtin, Parameter, Signature, Value, format_number
+
+Form = Callable[[], str]
+"""Help that shows how a function is called."""
 
 
 class Given(NamedTuple):
@@ -27,14 +30,18 @@ class Given(NamedTuple):
 class Site:
     """Where a builtin is called: what its objects and its faults point to.
 
-    `folder` is that of the file being read, `files` what it may read.
+    `files` are those that it may read; `expressions` are the arguments by parameter.
     """
 
     name: str
     span: Span
     files: Files
-    folder: str
     expressions: dict[str, ast.Expression] = field(default_factory=dict)
+
+    @property
+    def folder(self) -> str:
+        """The folder from which file names start."""
+        return self.span.source.folder
 
     def fault(
         self, code: str, message: str, parameter: str | None = None, help: str | None = None
@@ -45,12 +52,9 @@ class Site:
 
 
 def assign(
-    name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: str
+    name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: Form
 ) -> dict[str, Given]:
-    """The argument for each parameter that has one; faults for those that fit nowhere.
-
-    `form` shows how the function is called.
-    """
+    """The argument for each parameter that has one; faults for those that fit nowhere."""
     taken: dict[str, Given] = {}
     positional = [item for item in given if item.argument.name is None]
     if len(positional) > len(parameters):
@@ -60,7 +64,7 @@ def assign(
             f"`{name}` takes {count or 'no'} argument{'' if count == 1 else 's'}, "
             f"not {len(positional)}",
             positional[count].argument.span,
-            help=f"it is called as {form}",
+            help=form(),
         )
     taken.update(zip(parameters, positional, strict=False))
     for item in given:
@@ -72,7 +76,7 @@ def assign(
                 "name-unknown-parameter",
                 f"`{name}` has no parameter `{word}`",
                 place,
-                help=did_you_mean(word, parameters) or f"it is called as {form}",
+                help=did_you_mean(word, parameters) or form(),
             )
         if word in taken:
             raise Fault(
@@ -96,20 +100,23 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         positional = [item for item in given if item.argument.name is None]
         rest = positional[len(names) :]
         given = [item for item in given if item not in rest]
-    several = len(builtin.signatures) > 1
-    form = " or ".join(_form(builtin.name, each) for each in builtin.signatures)
+
+    def form() -> str:
+        forms = (_form(builtin.name, each) for each in builtin.signatures)
+        return f"it is called as {' or '.join(forms)}"
+
     taken = assign(builtin.name, names, given, site.span, form)
     values: list[Any] = []
     for parameter in signature.parameters:
         if (item := taken.get(parameter.name)) is not None:
             site.expressions[parameter.name] = item.argument.value
-            values.append(_convert(parameter, item, form if several else None))
+            values.append(_convert(parameter, item, form if len(builtin.signatures) > 1 else None))
         elif parameter.required:
             raise Fault(
                 "type-missing-argument",
                 f"`{builtin.name}` needs `{parameter.name}`",
                 site.span,
-                help=f"it is called as {form}",
+                help=form(),
             )
         else:
             values.append(parameter.default)
@@ -120,14 +127,14 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     return result
 
 
-def _convert(parameter: Parameter, item: Given, form: str | None, of: str = "") -> Any:
+def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Any:
     """The argument's Python value; `form` helps where there is more than one way to call."""
     value = parameter.kind.convert(item.value)
     if value is None:
         subject = f"{of}`{parameter.name}`"
         fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
         if fault.diagnostic.help is None and form is not None:
-            fault.diagnostic = replace(fault.diagnostic, help=f"it is called as {form}")
+            fault.diagnostic = replace(fault.diagnostic, help=form())
         raise fault
     return value
 
@@ -147,7 +154,8 @@ def _choose(builtin: Builtin, given: Sequence[Given]) -> Signature:
         lacking = sum(p.required and p.name not in filled for p in signature.parameters)
         return unknown + lacking, lacking
 
-    return min(builtin.signatures, key=misfit)
+    fitting = (s for s in builtin.signatures if misfit(s) == (0, 0))
+    return next(fitting, None) or min(builtin.signatures, key=misfit)
 
 
 def _form(name: str, signature: Signature) -> str:

@@ -8,7 +8,6 @@ from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned
 from dsl.run import Run, Steps, Task
 from dsl.spans import Span
-from dsl.statements import folder
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
 from dsl.values import POISON, Builtin, Closure, File, Scope, Value, type_name
@@ -79,7 +78,7 @@ def _arguments(call: ast.Call, scope: Scope) -> Steps[list[Given]]:
 
 
 def _site(run: Run, name: str, span: Span) -> Site:
-    return Site(name, span, run.files, folder(span.source))
+    return Site(name, span, run.files)
 
 
 def _call(
@@ -107,7 +106,10 @@ def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) ->
     if definition.body is None or any(each.value is POISON for each in given):
         raise Poisoned
     names = [parameter.name for parameter in definition.parameters]
-    form = f"`{definition.name}({', '.join(names)})`"
+
+    def form() -> str:
+        return f"it is called as `{definition.name}({', '.join(names)})`"
+
     taken = assign(definition.name, names, given, span, form)
     for parameter in definition.parameters:
         if parameter.default is None and parameter.name not in taken:
@@ -115,7 +117,7 @@ def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) ->
                 "type-missing-argument",
                 f"`{definition.name}` needs `{parameter.name}`",
                 span,
-                help=f"it is called as {form}",
+                help=form(),
                 secondary=(Label(parameter.span, "has no default"),),
             )
     limit = run.limits.call_depth

@@ -206,8 +206,8 @@ class ExpressionParser(TokenReader, ABC):
             Token(token.kind, token.start, token.start),
             help=_NEWLINE,
         )
-        self.skip_newlines()
-        if self.token.kind not in ("let", "fn", "use", "for", "if", "}", "end"):
+        if self.next_kind() not in ("let", "fn", "use", "for", "if", "}", "end"):
+            self.advance()
             self.prefix()
         return ast.Missing(self.span(token))
 

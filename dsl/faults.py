@@ -41,7 +41,7 @@ class Poisoned(Exception):
 
 def source_text(span: Span) -> str:
     """The user's own words."""
-    return span.source.text.encode()[span.start : span.end].decode(errors="replace")
+    return span.source.encoded()[span.start : span.end].decode(errors="replace")
 
 
 def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -> Fault:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from itertools import accumulate
 
 from dsl.angles import UNITS, degrees_from_literal
@@ -86,8 +87,20 @@ class _Lexer:
                 help="split it into files and `use` them",
             )
             return [Token("end", 0, 0)], self.diagnostics
+        handlers: dict[str | None, Callable[[re.Match[str]], None]] = {
+            "space": self._space,
+            "newline": self._newline,
+            "name": self._name,
+            "number": self._number,
+            "symbol": self._symbol,
+            "string": self._string,
+            "open_string": self._open_string,
+            "color": self._color,
+            "open_comment": self._open_comment,
+            "other": self._other,
+        }
         for match in _TOKEN.finditer(self.source.text):
-            getattr(self, f"_{match.lastgroup}")(match)
+            handlers[match.lastgroup](match)
         self.add("end", len(self.source.text), len(self.source.text))
         return self.tokens, self.diagnostics
 

@@ -38,7 +38,7 @@ def render_diagnostic(found: Diagnostic, color: bool = False) -> str:
     ]
     files = _by_file(found)
     rows = [_Line(label.place) for labels in files for label in labels if _in_text(label)]
-    gutter = " " * len(str(max((row.number for row in rows), default=0))) if rows else ""
+    gutter = " " * len(str(max((row.number for row in rows), default=0)))
     bar = f"{gutter} {paint('|', _BLUE)}"
     for position, labels in enumerate(files):
         arrow = paint("-->" if position == 0 else ":::", _BLUE)
@@ -124,7 +124,7 @@ class _Line:
 
     def __init__(self, span: Place) -> None:
         assert isinstance(span, Span)
-        data = span.source.text.encode()
+        data = span.source.encoded()
         start, end = min(span.start, len(data)), min(span.end, len(data))
         head = data[:start].decode(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
         self.number = head.count("\n") + 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import PurePath
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +16,15 @@ class Source:
 
     name: str
     text: str = field(repr=False)
+
+    @property
+    def folder(self) -> str:
+        """The folder from which file names in the text start."""
+        return str(PurePath(self.name).parent)
+
+    def encoded(self) -> bytes:
+        """The bytes that offsets count; a lone surrogate has three."""
+        return self.text.encode("utf-8", "surrogatepass")
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,11 +35,6 @@ from dsl.values import (
 )
 
 
-def folder(source: Source) -> str:
-    """The folder from which file names in a source start."""
-    return str(PurePath(source.name).parent)
-
-
 def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     """The value of a file; `scope` receives its top-level names."""
     run.sources[module.source.name] = module.source.text
@@ -123,7 +118,7 @@ def _use(run: Run, statement: ast.Use) -> Task:
     if statement.path is None:
         raise Poisoned
     span, path = statement.path.span, statement.path.text
-    start = folder(span.source)
+    start = span.source.folder
     try:
         resolved = str(run.files.resolve(path, start))
         if resolved in run.loaded:

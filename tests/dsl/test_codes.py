@@ -1,0 +1,29 @@
+"""The catalogue of codes is complete: whatever the packages name is listed, and listed once."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from dsl.codes import CODES
+
+ROOT = Path(__file__).parent.parent.parent
+PHASES = sorted({code.partition("-")[0] for code in CODES})
+NAMED = re.compile(rf'"((?:{"|".join(PHASES)})-[a-z]+(?:-[a-z]+)*)"')
+
+
+def test_every_code_is_used_and_every_used_code_is_listed() -> None:
+    named: set[str] = set()
+    for package in ("dsl", "compiler"):
+        for path in (ROOT / package).rglob("*.py"):
+            if path.name != "codes.py":
+                named.update(NAMED.findall(path.read_text()))
+    assert named - set(CODES) == set()
+    assert set(CODES) - named == set()
+
+
+def test_summaries_are_one_line_without_a_full_stop() -> None:
+    for code in CODES.values():
+        assert "\n" not in code.summary
+        assert not code.summary.endswith(".")
+        assert code.summary[0].islower()
