@@ -350,7 +350,7 @@ mod tests {
             for i in 0..64 {
                 if let Some((direction, weight)) = material.draw(UP, view(sin), sampler.point(i, 0)) {
                     prop_assert!(weight.is_finite() && weight.x <= 4.0, "{weight:?}");
-                    prop_assert!((direction.dot(direction) - 1.0).abs() < 1e-9);
+                    prop_assert!((direction.dot(direction) - 1.0).abs() < 1e-7);
                 }
             }
         }

@@ -22,7 +22,7 @@ impl PixelSampler {
     }
 
     /// Point number `index` of a pair of dimensions, in [0, 1)².
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, index: u32, pair: u32) -> [f64; 2] {
         let key = hash(self.key.wrapping_add(pair.wrapping_mul(0x9e37_79b9)));
         // The order: scrambling the index permutes samples within every power-of-two block.
@@ -39,7 +39,7 @@ const SCALE: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// A bijection of 32 bits in which every bit of the argument changes about half of the result
 /// (Wellons, "Prospecting for hash functions", 2018: `lowbias32`).
-#[inline]
+#[inline(always)]
 fn hash(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
@@ -48,7 +48,7 @@ fn hash(mut x: u32) -> u32 {
 
 /// Owen's scrambling of a number whose bits are given in reverse: every bit is flipped or not by
 /// a hash of the bits below it.
-#[inline]
+#[inline(always)]
 fn scramble_reversed(mut x: u32, key: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(key);
@@ -60,7 +60,7 @@ fn scramble_reversed(mut x: u32, key: u32) -> u32 {
 /// The product of Pascal's triangle modulo 2 with the bits of `x`: bit `i` of the result is the
 /// sum of the bits `j ≥ i` of `x` times binomial(j, i). The matrix is the fifth Kronecker power
 /// of [[1, 1], [0, 1]], so it is applied one level of bits at a time.
-#[inline]
+#[inline(always)]
 fn pascal(mut x: u32) -> u32 {
     x ^= (x >> 1) & 0x5555_5555;
     x ^= (x >> 2) & 0x3333_3333;

@@ -19,37 +19,37 @@ impl Vec3 {
     pub const ONE: Vec3 = Vec3::new(1.0, 1.0, 1.0);
 
     /// The vector of these components.
-    #[inline]
+    #[inline(always)]
     pub const fn new(x: f64, y: f64, z: f64) -> Vec3 {
         Vec3 { x, y, z }
     }
 
     /// The scalar product.
-    #[inline]
+    #[inline(always)]
     pub fn dot(self, other: Vec3) -> f64 {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     /// The vector of length 1 in the same direction; NaN for the zero vector.
-    #[inline]
+    #[inline(always)]
     pub fn normalized(self) -> Vec3 {
         self * (1.0 / self.dot(self).sqrt())
     }
 
     /// The components as an array.
-    #[inline]
+    #[inline(always)]
     pub fn to_array(self) -> [f64; 3] {
         [self.x, self.y, self.z]
     }
 
     /// The relative luminance of a linear Rec. 709 colour.
-    #[inline]
+    #[inline(always)]
     pub fn luminance(self) -> f64 {
         0.2126 * self.x + 0.7152 * self.y + 0.0722 * self.z
     }
 
     /// Whether no component is NaN or infinite.
-    #[inline]
+    #[inline(always)]
     pub fn is_finite(self) -> bool {
         // Summing turns any infinity or NaN into a non-finite product with zero.
         ((self.x + self.y + self.z) * 0.0) == 0.0
@@ -57,7 +57,7 @@ impl Vec3 {
 }
 
 impl From<[f64; 3]> for Vec3 {
-    #[inline]
+    #[inline(always)]
     fn from([x, y, z]: [f64; 3]) -> Vec3 {
         Vec3 { x, y, z }
     }
@@ -65,14 +65,14 @@ impl From<[f64; 3]> for Vec3 {
 
 impl Add for Vec3 {
     type Output = Vec3;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Vec3) -> Vec3 {
         Vec3::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
 }
 
 impl AddAssign for Vec3 {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Vec3) {
         *self = *self + other;
     }
@@ -80,7 +80,7 @@ impl AddAssign for Vec3 {
 
 impl Sub for Vec3 {
     type Output = Vec3;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Vec3) -> Vec3 {
         Vec3::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
@@ -88,7 +88,7 @@ impl Sub for Vec3 {
 
 impl Neg for Vec3 {
     type Output = Vec3;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Vec3 {
         Vec3::new(-self.x, -self.y, -self.z)
     }
@@ -96,7 +96,7 @@ impl Neg for Vec3 {
 
 impl Mul<f64> for Vec3 {
     type Output = Vec3;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f64) -> Vec3 {
         Vec3::new(self.x * factor, self.y * factor, self.z * factor)
     }
@@ -104,7 +104,7 @@ impl Mul<f64> for Vec3 {
 
 impl Mul for Vec3 {
     type Output = Vec3;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Vec3) -> Vec3 {
         Vec3::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }

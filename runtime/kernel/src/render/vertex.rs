@@ -21,7 +21,7 @@ pub struct Vertex {
 
 impl Vertex {
     /// The vertex where `ray` hits. The side that faces the ray is shaded.
-    #[inline]
+    #[inline(always)]
     pub fn new(slot: usize, weight: f64, ray: &Ray, hit: &Hit) -> Vertex {
         let view = -Vec3::from(ray.direction).normalized();
         let outward = Vec3::from(hit.normal);
@@ -41,7 +41,7 @@ impl Vertex {
     }
 
     /// The ray from here in a direction on the normal's side.
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, direction: Vec3, t_max: f64) -> Ray {
         Ray {
             origin: self.origin.to_array(),
@@ -53,7 +53,7 @@ impl Vertex {
 }
 
 /// The rest of `ray` behind the surface it hits.
-#[inline]
+#[inline(always)]
 pub fn beyond(ray: &Ray, hit: &Hit) -> Ray {
     let normal = Vec3::from(hit.normal);
     let side = hit.offset.copysign(normal.dot(Vec3::from(ray.direction)));

@@ -1,0 +1,342 @@
+from __future__ import annotations
+
+import math
+import os
+import signal
+import threading
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from compiler.flatten import flatten
+from compiler.ir import INTEGRATORS, PRECISIONS, SceneIR
+from dsl.diagnostics import Diagnostic
+from dsl.scene import (
+    Bind,
+    Camera,
+    File,
+    Group,
+    Instances,
+    Integrator,
+    Material,
+    Node,
+    PointLight,
+    Precision,
+    SceneGraph,
+    Settings,
+    Shape,
+    ShapeKind,
+    Sky,
+    Step,
+    StepKind,
+    Sun,
+    Transform,
+)
+from runtime._kernel import instruction_sets
+from runtime.camera import choose_camera, default_camera
+from runtime.film import Film
+from runtime.render import MAX_SAMPLES, render
+
+MATTE = Material(diffuse=(0.5, 0.5, 0.5), specular_workflow=True)
+SPHERE = Shape(ShapeKind.SPHERE, (1.0,))
+PLANE = Shape(ShapeKind.PLANE, ())
+
+
+def scene(*items: Node) -> SceneIR:
+    def load(_: File) -> tuple[Node | None, list[Diagnostic]]:
+        raise AssertionError("these scenes name no files")
+
+    ir = flatten(SceneGraph(Group(items)), load).ir
+    assert ir is not None
+    return ir
+
+
+def moved(node: Node, x: float, y: float, z: float) -> Instances:
+    return Instances(node, Transform((Step(StepKind.TRANSLATE, np.array([x, y, z])),)))
+
+
+def looking(node: Node, eye: tuple[float, float, float], at: tuple[float, float, float]) -> Node:
+    step = Step(StepKind.LOOK_AT, np.array([*eye, *at, 0.0, 1.0, 0.0]))
+    return Instances(node, Transform((step,)))
+
+
+def still_life() -> SceneIR:
+    """Spheres on a plane, a soft sun, a ball of light and a sky, with every kind of material."""
+    glossy = Material(diffuse=(0.9, 0.6, 0.2), metallic=1.0, roughness=0.3)
+    coated = Material(diffuse=(0.7, 0.1, 0.1), clearcoat=1.0, roughness=0.7)
+    glass = Material(diffuse=(0.3, 0.8, 0.4), opacity=0.4)
+    return scene(
+        Bind(PLANE, MATTE),
+        Bind(moved(SPHERE, -2.2, 1, 0), glossy),
+        Bind(moved(SPHERE, 0, 1, 0), coated),
+        Bind(moved(SPHERE, 2.2, 1, 0), glass),
+        Sun((-1, -2, -1), (2, 2, 1.8), angle=3.0),
+        PointLight((3, 4, 3), (10, 10, 20), radius=0.5),
+        Sky((0.3, 0.4, 0.6)),
+        looking(Camera("perspective", 0.6), (1, 4, 12), (0, 0.8, 0)),
+    )
+
+
+def pixel(film: Film, column: float, row: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    """The colour at that fraction of the width and height."""
+    color = film.color[int(row * film.height), int(column * film.width)]
+    return np.asarray(color)
+
+
+def test_names_are_those_of_the_language() -> None:
+    assert get_args(Integrator) == INTEGRATORS
+    assert get_args(Precision) == PRECISIONS
+
+
+@pytest.mark.parametrize("precision", get_args(Precision))
+def test_neither_threads_nor_instruction_sets_change_a_picture(precision: Precision) -> None:
+    ir = still_life()
+    for integrator in get_args(Integrator):
+        films = [
+            render(
+                ir,
+                width=70,
+                height=50,
+                samples=5,
+                integrator=integrator,
+                precision=precision,
+                threads=threads,
+                isa=isa,
+            )
+            for threads, isa in [
+                *((n, None) for n in (1, 2, 3)),
+                *((2, s) for s in instruction_sets()),
+            ]
+        ]
+        for film in films[1:]:
+            for name in ("color", "error", "depth", "normal", "instance"):
+                np.testing.assert_array_equal(film.aov(name), films[0].aov(name), name)
+            assert film.rays == films[0].rays
+
+
+def test_seeds_choose_other_samples() -> None:
+    ir = still_life()
+    first, again, other = (
+        render(ir, width=32, height=24, samples=4, seed=seed).color for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).mean() > 0.3
+
+
+def test_up_is_up_and_right_is_right() -> None:
+    # Seen from +z: x to the right, y up.
+    red, green = (Material(diffuse=(0, 0, 0), emission=c) for c in [(1, 0, 0), (0, 1, 0)])
+    ir = scene(
+        Bind(moved(SPHERE, 2, 0, 0), red),
+        Bind(moved(SPHERE, 0, 2, 0), green),
+        Sky((0, 0, 0)),
+        looking(Camera("perspective", 1.0), (0, 0, 10), (0, 0, 0)),
+    )
+    film = render(ir, width=100, height=100, samples=1)
+    np.testing.assert_allclose(pixel(film, 0.7, 0.5), [1, 0, 0, 1])
+    np.testing.assert_allclose(pixel(film, 0.5, 0.3), [0, 1, 0, 1])
+    np.testing.assert_allclose(pixel(film, 0.3, 0.5), [0, 0, 0, 1])
+    assert film.instance[50, 70] == 0
+    assert film.instance[30, 50] == 1
+    assert film.instance[0, 0] == -1
+    # The sphere at x = 2 is seen in the direction (0.2, 0, -1): its near side.
+    assert film.depth[50, 70] == pytest.approx(9, abs=0.1)
+    assert film.depth[0, 0] == math.inf
+    np.testing.assert_allclose(np.linalg.norm(film.normal[30, 50]), 1, rtol=1e-6)
+
+
+def test_closed_forms_of_light() -> None:
+    camera = looking(Camera("orthographic", 0.1), (0, 5, 0.001), (0, 0, 0))
+    ground = Bind(PLANE, MATTE)
+    # Radiance of a matte surface is albedo · irradiance / π.
+    sun = render(scene(ground, Sun((0, -1, 0), (math.pi,) * 3), camera), width=4, height=4)
+    np.testing.assert_allclose(sun.color[..., 0], 0.5, rtol=1e-5)
+    slanted = scene(ground, Sun((math.sqrt(3), -1, 0), (math.pi,) * 3), camera)
+    np.testing.assert_allclose(render(slanted, width=4, height=4).color[..., 0], 0.25, rtol=1e-5)
+    lamp = scene(ground, PointLight((0, 2, 0), (4 * math.pi,) * 3), camera)
+    np.testing.assert_allclose(render(lamp, width=4, height=4).color[..., 0], 0.5, rtol=1e-2)
+    sky = scene(ground, Sky((0.8, 0.8, 0.8)), camera)
+    np.testing.assert_allclose(render(sky, width=4, height=4).color[..., 0], 0.4, rtol=1e-5)
+
+
+def test_there_is_no_acne_and_no_leak() -> None:
+    # Convex things of all sizes under a sky and a grazing sun: nothing shadows itself.
+    for size in (1e-12, 1.0, 1e12):
+        for precision in get_args(Precision):
+            ball = Shape(ShapeKind.SPHERE, (size,))
+            ir = scene(
+                Bind(ball, MATTE),
+                Sky((1, 1, 1)),
+                looking(Camera("orthographic", 1.9 * size), (0, 0, 10 * size), (0, 0, 0)),
+            )
+            film = render(ir, width=64, height=64, samples=4, precision=precision)
+            inside = film.instance == 0
+            assert inside.mean() > 0.7
+            assert (film.color[inside][:, 0] >= 0.5 - 1e-6).all()
+            # And a closed room has no light: seen from inside, all is occluded.
+            room = scene(
+                Bind(ball, MATTE),
+                looking(Camera("perspective", 1.0), (0, 0, 0.5 * size), (0, 0, 0)),
+            )
+            closed = render(
+                room,
+                width=64,
+                height=64,
+                samples=16,
+                precision=precision,
+                integrator="ambient_occlusion",
+            )
+            assert (closed.color[..., :3] == 0).all()
+
+
+def test_without_lights_a_headlight_shows_the_scene() -> None:
+    film = render(scene(Bind(SPHERE, MATTE)), width=64, height=64)
+    assert pixel(film, 0.5, 0.5)[0] > 0.3
+    np.testing.assert_array_equal(pixel(film, 0.01, 0.01), 0)
+
+
+def test_occlusion_distance_is_taken_from_the_scene() -> None:
+    camera = looking(Camera("perspective", 1.0), (0, 0, 0.5), (0, 0, 0))
+    room = [Bind(Shape(ShapeKind.SPHERE, (10.0,)), MATTE), camera]
+    far, near = (
+        render(
+            scene(*room, Settings(occlusion_distance=d, integrator="ambient_occlusion")), width=8
+        )
+        for d in (30.0, 1.0)
+    )
+    assert far.color[..., 0].max() == 0
+    assert near.color[..., 0].min() > 0.7
+
+
+def test_settings_of_the_scene_yield_to_arguments() -> None:
+    said = Settings(
+        width=40, height=20, samples=2, integrator="ids", precision="float64", exposure=1.5
+    )
+    ir = scene(SPHERE, said)
+    film = render(ir)
+    assert (film.width, film.height, film.samples) == (40, 20, 2)
+    assert (film.integrator, film.exposure) == ("ids", 1.5)
+    film = render(ir, width=30, samples=1, integrator="normals")
+    assert (film.width, film.height) == (30, 15)
+    assert film.integrator == "normals"
+    assert render(ir, height=5, samples=1).width == 10
+
+
+def test_the_size_follows_the_camera_where_nothing_is_said() -> None:
+    film = render(scene(SPHERE, Camera("perspective", 1.0, aspect=2.0)), samples=1)
+    assert (film.width, film.height) == (640, 320)
+    film = render(scene(SPHERE), samples=1)
+    assert (film.width, film.height) == (640, 480)
+
+
+def test_cameras_are_chosen_by_name_or_number() -> None:
+    ir = scene(
+        SPHERE, Camera("perspective", 1.0, name="left"), Camera("perspective", 2.0, name="7")
+    )
+    heights = {choice: choose_camera(ir, choice) for choice in (None, "left", 1, "1", "7")}
+    assert [float(camera["height"]) for camera in heights.values() if camera is not None] == [
+        1.0,
+        1.0,
+        2.0,
+        2.0,
+        2.0,
+    ]
+    with pytest.raises(ValueError, match=r"'right'.*0 'left', 1 '7'"):
+        choose_camera(ir, "right")
+    with pytest.raises(ValueError, match="number 2"):
+        choose_camera(ir, 2)
+    with pytest.raises(ValueError, match="number -1"):
+        choose_camera(ir, -1)
+    with pytest.raises(ValueError, match="has none"):
+        choose_camera(scene(SPHERE), "left")
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize("aspect", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize("size", [(1.0, 1.0, 1.0), (100.0, 1.0, 0.0), (1e-20, 1e-22, 1e-21)])
+def test_the_default_camera_sees_the_whole_box(
+    up: str, aspect: float, size: tuple[float, float, float]
+) -> None:
+    center = np.array([5.0, -3.0, 2.0]) * size[0]
+    bounds = np.stack([center - size, center + size])
+    camera = default_camera(bounds, up, aspect)
+    right, above, back, eye = camera["world_from_camera"].T
+    np.testing.assert_allclose(np.cross(right, above), back, atol=1e-12)
+    vertical = np.array([0, 1, 0] if up == "y" else [0, 0, 1])
+    front = np.array([0, 0, 1] if up == "y" else [0, -1, 0])
+    assert right @ vertical == pytest.approx(0)
+    assert min(above @ vertical, back @ vertical, back @ front) > 0.2
+    corners = np.array(np.meshgrid(*bounds.T)).reshape(3, 8).T - eye
+    depth = -corners @ back
+    window = float(camera["height"]) / 2 * depth
+    assert (depth > 0).all()
+    fill = np.maximum(abs(corners @ above) / window, abs(corners @ right) / (window * aspect))
+    assert 0.5 < fill.max() <= 1
+
+
+def test_an_empty_scene_is_a_picture_too() -> None:
+    film = render(scene(), width=8, height=8)
+    assert (film.color == 0).all()
+    assert (film.instance == -1).all()
+    assert film.seconds > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("width", 0),
+        ("height", -3),
+        ("width", 1 << 20),
+        ("samples", 0),
+        ("samples", MAX_SAMPLES + 1),
+        ("threads", -1),
+        ("seed", -1),
+        ("seed", 1 << 64),
+    ],
+)
+def test_settings_out_of_range_are_refused_by_name(name: str, value: int) -> None:
+    with pytest.raises(ValueError, match=name):
+        render(scene(SPHERE), **{name: value})  # type: ignore[arg-type]
+
+
+def test_pictures_too_large_and_unknown_names_are_refused() -> None:
+    ir = scene(SPHERE)
+    with pytest.raises(ValueError, match="limit"):
+        render(ir, width=60_000, height=60_000)
+    with pytest.raises(ValueError, match=r"'path'.*direct"):
+        render(ir, integrator="path")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"'half'.*float32"):
+        render(ir, precision="half")  # type: ignore[arg-type]
+
+
+def test_progress_goes_from_start_to_end() -> None:
+    calls: list[tuple[float, int]] = []
+    film = render(
+        still_life(), width=200, height=150, progress=lambda done, rays: calls.append((done, rays))
+    )
+    fractions, rays = zip(*calls, strict=True)
+    assert list(fractions) == sorted(fractions)
+    assert list(rays) == sorted(rays)
+    assert calls[-1] == (1.0, film.rays)
+    assert film.rays > 200 * 150 * 16
+
+
+def test_what_progress_raises_ends_the_render() -> None:
+    class StopError(Exception):
+        pass
+
+    def stop(done: float, _: int) -> None:
+        assert done < 0.5
+        raise StopError
+
+    with pytest.raises(StopError):
+        render(still_life(), width=4000, height=4000, samples=1000, progress=stop)
+
+
+def test_interrupting_ends_the_render() -> None:
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        render(still_life(), width=4000, height=4000, samples=1000)
+    timer.join()
