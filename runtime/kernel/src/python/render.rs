@@ -1,4 +1,5 @@
 //! `Kernel.render`, and the IR's appearance.
+use crate::lanes::InstructionSet;
 use crate::ray::Trace;
 use crate::render::camera::{Camera, Projection};
 use crate::render::film::Film;
@@ -23,6 +24,7 @@ pub struct Request<'py> {
     pub seed: u64,
     pub threads: usize,
     pub progress: Option<Bound<'py, PyAny>>,
+    pub set: InstructionSet,
 }
 
 /// Reads `ir.materials` and `ir.lights`; ValueError if they are not as `compiler.ir` says.
@@ -96,6 +98,7 @@ fn picture(request: &Request) -> PyResult<Picture> {
         integrator,
         seed: request.seed,
         threads: request.threads,
+        set: request.set,
     })
 }
 

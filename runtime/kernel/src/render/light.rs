@@ -187,16 +187,16 @@ impl Lights {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sampler::PixelSampler;
+    use super::super::sampler::PixelKey;
     use super::*;
 
     /// Mean of irradiance · max(0, n·l) over the light, by 4096 samples.
     fn irradiance(light: &Light, point: Vec3, normal: Vec3) -> f64 {
-        let sampler = PixelSampler::new(0, 0, 1);
+        let key = PixelKey::new(0, 0, 1);
         let count = 4096;
         (0..count)
             .map(|i| {
-                let light = light.illuminate(point, sampler.point(i, 0)).unwrap();
+                let light = light.illuminate(point, key.point(i, 0)).unwrap();
                 light.irradiance.x * light.towards.dot(normal).max(0.0)
             })
             .sum::<f64>()
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn shadow_rays_end_on_the_ball() {
-        let sampler = PixelSampler::new(0, 0, 1);
+        let key = PixelKey::new(0, 0, 1);
         let position = Vec3::new(0.3, 2.0, -0.5);
         let ball = Light::Point {
             position,
@@ -236,7 +236,7 @@ mod tests {
             radius: 0.5,
         };
         for i in 0..100 {
-            let light = ball.illuminate(Vec3::ZERO, sampler.point(i, 0)).unwrap();
+            let light = ball.illuminate(Vec3::ZERO, key.point(i, 0)).unwrap();
             let from_centre = light.towards * light.distance - position;
             assert!((from_centre.dot(from_centre).sqrt() - 0.5).abs() < 1e-7);
         }

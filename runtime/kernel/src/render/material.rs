@@ -268,7 +268,7 @@ fn distribution(a2: f64, cos_normal: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sampler::PixelSampler;
+    use super::super::sampler::PixelKey;
     use super::*;
     use proptest::prelude::*;
 
@@ -294,10 +294,10 @@ mod tests {
 
     /// What a surface reflects of a sky of radiance 1, by importance.
     fn white_sky(material: &Material, view: Vec3, count: u32) -> Vec3 {
-        let sampler = PixelSampler::new(0, 0, 1);
+        let key = PixelKey::new(0, 0, 1);
         let mut sum = Vec3::ZERO;
         for i in 0..count {
-            if let Some((_, weight)) = material.draw(UP, view, sampler.point(i, 0)) {
+            if let Some((_, weight)) = material.draw(UP, view, key.point(i, 0)) {
                 sum += weight;
             }
         }
@@ -306,10 +306,10 @@ mod tests {
 
     /// The same by directions drawn with the cosine, as from one light after another.
     fn white_sky_by_lights(material: &Material, view: Vec3, count: u32) -> Vec3 {
-        let sampler = PixelSampler::new(0, 0, 2);
+        let key = PixelKey::new(0, 0, 2);
         let mut sum = Vec3::ZERO;
         for i in 0..count {
-            let towards = cosine_hemisphere(sampler.point(i, 0));
+            let towards = cosine_hemisphere(key.point(i, 0));
             let light = Illumination {
                 towards,
                 axis: towards,
@@ -346,9 +346,9 @@ mod tests {
             sin in 0.0..1.0f64, seed: u64,
         ) {
             let material = Material::new(&Parameters { roughness, metallic, clearcoat, ..PLASTIC });
-            let sampler = PixelSampler::new(0, 0, seed);
+            let key = PixelKey::new(0, 0, seed);
             for i in 0..64 {
-                if let Some((direction, weight)) = material.draw(UP, view(sin), sampler.point(i, 0)) {
+                if let Some((direction, weight)) = material.draw(UP, view(sin), key.point(i, 0)) {
                     prop_assert!(weight.is_finite() && weight.x <= 4.0, "{weight:?}");
                     prop_assert!((direction.dot(direction) - 1.0).abs() < 1e-7);
                 }

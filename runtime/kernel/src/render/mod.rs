@@ -15,10 +15,12 @@ pub mod material;
 mod occlusion;
 pub mod sampler;
 mod samples;
+mod shadows;
 pub mod tile;
 pub mod vector;
 mod vertex;
 
+use crate::lanes::InstructionSet;
 use crate::ray::Trace;
 use camera::{Camera, View};
 use film::Film;
@@ -26,7 +28,7 @@ use frame::{Frame, Worker};
 use light::Lights;
 use material::Material;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
 use tile::Tile;
 
@@ -72,6 +74,8 @@ pub struct Picture {
     pub seed: u64,
     /// Threads; 0 takes one per core.
     pub threads: usize,
+    /// Instructions to shade with.
+    pub set: InstructionSet,
 }
 
 /// How often the caller hears of the progress.
@@ -114,9 +118,10 @@ pub fn render(
     let next = AtomicUsize::new(0);
     let mut film = Film::new(width as usize, height as usize);
     std::thread::scope(|scope| {
+        let caller = std::thread::current();
         let (sender, receiver) = channel();
         for _ in 0..threads.min(tiles) {
-            let (sender, next, frame) = (sender.clone(), &next, &frame);
+            let (sender, caller, next, frame) = (sender.clone(), caller.clone(), &next, &frame);
             scope.spawn(move || {
                 let mut worker = Worker::default();
                 loop {
@@ -132,20 +137,26 @@ pub fn render(
                         break;
                     }
                 }
+                drop(sender);
+                caller.unpark();
             });
         }
         drop(sender);
         let mut done = 0;
         let mut polled = Instant::now();
         loop {
-            match receiver.recv_timeout(POLL) {
-                Ok((tile, layers)) => {
-                    film.insert(&tile, &layers);
-                    done += 1;
+            // Waiting for the tiles themselves would cost the threads a system call for each.
+            std::thread::park_timeout(POLL.saturating_sub(polled.elapsed()));
+            let ended = loop {
+                match receiver.try_recv() {
+                    Ok((tile, layers)) => film.insert(&tile, &layers),
+                    Err(error) => break error == TryRecvError::Disconnected,
                 }
-                Err(RecvTimeoutError::Timeout) => {}
-                // All threads have ended, or one has panicked, which the scope passes on.
-                Err(RecvTimeoutError::Disconnected) => break,
+                done += 1;
+            };
+            // So they have as well if a thread has panicked, which the scope passes on.
+            if ended {
+                break;
             }
             if polled.elapsed() >= POLL {
                 polled = Instant::now();

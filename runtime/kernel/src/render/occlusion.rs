@@ -4,13 +4,14 @@ use super::direction::{Basis, cosine_hemisphere};
 use super::frame::Frame;
 use super::samples::Samples;
 use super::vector::Vec3;
-use super::vertex::Vertex;
+use super::vertex::{Draws, Vertex};
 use crate::ray::Ray;
 
 /// The memory of the integrator.
 #[derive(Default)]
 pub struct Occlusion {
     vertices: Vec<Vertex>,
+    draws: Draws,
     rays: Vec<Ray>,
     occluded: Vec<bool>,
 }
@@ -36,13 +37,17 @@ impl Occlusion {
             if frame.is_cancelled() {
                 return;
             }
+            let points = self
+                .draws
+                .points(frame, samples, &self.vertices, HEMISPHERE, |sample| {
+                    sample * count + index
+                });
             self.rays.clear();
-            self.rays.extend(self.vertices.iter().map(|vertex| {
-                let (sampler, sample) = samples.sampler(vertex.slot);
-                let point = sampler.point(sample * count + index, HEMISPHERE);
-                let direction = Basis::new(vertex.normal).world(cosine_hemisphere(point));
-                vertex.ray(direction, distance)
-            }));
+            self.rays
+                .extend(self.vertices.iter().zip(points).map(|(vertex, &point)| {
+                    let direction = Basis::new(vertex.normal).world(cosine_hemisphere(point));
+                    vertex.ray(direction, distance)
+                }));
             frame.occluded(&self.rays, &mut self.occluded);
             for (vertex, &occluded) in self.vertices.iter().zip(&self.occluded) {
                 if !occluded {

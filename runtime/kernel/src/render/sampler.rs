@@ -6,25 +6,24 @@
 //! variant by Vegdahl). Any aligned power-of-two run of samples is therefore stratified in every
 //! elementary interval, and no state is carried from sample to sample.
 
-/// The sample points of one pixel.
-#[derive(Clone, Copy, Debug)]
-pub struct PixelSampler {
-    key: u32,
-}
+use crate::lanes::{InstructionSet, Isa, Task, dispatch};
 
-impl PixelSampler {
-    /// The points of the pixel in column `x` and row `y`; `seed` chooses another set.
-    pub fn new(x: u32, y: u32, seed: u64) -> PixelSampler {
-        let low = hash(x ^ hash(y ^ 0x9e37_79b9));
-        PixelSampler {
-            key: hash(low ^ hash(seed as u32) ^ hash((seed >> 32) as u32).rotate_left(16)),
-        }
+/// What tells the sample points of a pixel from those of others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelKey(u32);
+
+impl PixelKey {
+    /// The key of the pixel in column `x` and row `y`; `seed` chooses another set of points.
+    pub fn new(x: u32, y: u32, seed: u64) -> PixelKey {
+        let place = hash(x ^ hash(y ^ GOLDEN));
+        let seed = hash(seed as u32) ^ hash((seed >> 32) as u32).rotate_left(16);
+        PixelKey(hash(place ^ seed))
     }
 
     /// Point number `index` of a pair of dimensions, in [0, 1)².
     #[inline(always)]
-    pub fn point(&self, index: u32, pair: u32) -> [f64; 2] {
-        let key = hash(self.key.wrapping_add(pair.wrapping_mul(0x9e37_79b9)));
+    pub fn point(self, index: u32, pair: u32) -> [f64; 2] {
+        let key = hash(self.0.wrapping_add(pair.wrapping_mul(GOLDEN)));
         // The order: scrambling the index permutes samples within every power-of-two block.
         let index = scramble_reversed(index.reverse_bits(), key).reverse_bits();
         // Sobol's first dimension is the reversed index, its second the reversed product with
@@ -35,6 +34,48 @@ impl PixelSampler {
     }
 }
 
+/// Points of a pair of dimensions: `points[i]` becomes number `indices[i]` of the pixel `keys[i]`.
+pub fn points(
+    set: InstructionSet,
+    keys: &[PixelKey],
+    indices: &[u32],
+    pair: u32,
+    points: &mut Vec<[f64; 2]>,
+) {
+    points.resize(keys.len(), [0.0; 2]);
+    dispatch(
+        set,
+        Draw {
+            keys,
+            indices,
+            pair,
+            points,
+        },
+    );
+}
+
+/// [`points`], whose loop the compiler turns into vector instructions of the set.
+struct Draw<'a> {
+    keys: &'a [PixelKey],
+    indices: &'a [u32],
+    pair: u32,
+    points: &'a mut [[f64; 2]],
+}
+
+impl Task for Draw<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let drawn = self.keys.iter().zip(self.indices);
+        for (point, (key, &index)) in self.points.iter_mut().zip(drawn) {
+            *point = key.point(index, self.pair);
+        }
+    }
+}
+
+/// 2³² over the golden ratio.
+const GOLDEN: u32 = 0x9e37_79b9;
 const SCALE: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// A bijection of 32 bits in which every bit of the argument changes about half of the result
@@ -81,11 +122,11 @@ mod tests {
             x in 0u32..10_000, y in 0u32..10_000, seed: u64, pair in 0u32..1000,
             m in 0u32..9, run in 0u32..1000, split in 0u32..9,
         ) {
-            let sampler = PixelSampler::new(x, y, seed);
+            let key = PixelKey::new(x, y, seed);
             let (columns, rows) = (1u32 << split.min(m), 1u32 << (m - split.min(m)));
             let mut seen = vec![false; 1 << m];
             for index in (run << m)..((run + 1) << m) {
-                let [u, v] = sampler.point(index, pair);
+                let [u, v] = key.point(index, pair);
                 let cell = (u * f64::from(columns)) as u32 + columns * (v * f64::from(rows)) as u32;
                 prop_assert!(!std::mem::replace(&mut seen[cell as usize], true));
             }
@@ -98,8 +139,8 @@ mod tests {
         let (mut pairs, mut neighbours) = (0.0, 0.0);
         let count = 1 << 14;
         for x in 0..count {
-            let here = PixelSampler::new(x, 7, 0);
-            let right = PixelSampler::new(x + 1, 7, 0);
+            let here = PixelKey::new(x, 7, 0);
+            let right = PixelKey::new(x + 1, 7, 0);
             pairs += (here.point(3, 0)[0] - 0.5) * (here.point(3, 1)[0] - 0.5);
             neighbours += (here.point(3, 0)[1] - 0.5) * (right.point(3, 0)[1] - 0.5);
         }
@@ -113,10 +154,10 @@ mod tests {
 
     #[test]
     fn the_pairs_of_one_pixel_are_uncorrelated() {
-        let sampler = PixelSampler::new(3, 4, 5);
+        let key = PixelKey::new(3, 4, 5);
         let count = 1 << 12;
         let sum: f64 = (0..count)
-            .map(|i| (sampler.point(i, 0)[0] - 0.5) * (sampler.point(i, 1)[0] - 0.5))
+            .map(|i| (key.point(i, 0)[0] - 0.5) * (key.point(i, 1)[0] - 0.5))
             .sum();
         assert!(sum.abs() < 4.0 / 12.0 * f64::from(count).sqrt(), "{sum}");
     }

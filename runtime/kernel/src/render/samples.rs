@@ -1,7 +1,7 @@
 //! The camera samples of a tile: their rays, what they see first, and their sums.
 use super::film::Layers;
 use super::frame::Frame;
-use super::sampler::PixelSampler;
+use super::sampler::{PixelKey, points};
 use super::tile::Tile;
 use super::vector::Vec3;
 use crate::ray::{Hit, Ray};
@@ -24,6 +24,11 @@ pub struct Samples {
     pub radiance: Vec<Vec3>,
     /// See `radiance`.
     pub alpha: Vec<f64>,
+    /// Of each slot: its pixel's key and its sample number, see `super::sampler`.
+    pub keys: Vec<PixelKey>,
+    /// See `keys`.
+    pub indices: Vec<u32>,
+    points: Vec<[f64; 2]>,
     range: Range<u32>,
     tile: Tile,
     pixels: Vec<Pixel>,
@@ -33,7 +38,7 @@ pub struct Samples {
 struct Pixel {
     x: u32,
     y: u32,
-    sampler: PixelSampler,
+    key: PixelKey,
     color: Vec3,
     alpha: f64,
     luminance_squared: f64,
@@ -51,33 +56,53 @@ impl Samples {
     pub fn start(&mut self, seed: u64, tile: &Tile) {
         self.tile = *tile;
         self.pixels.clear();
-        self.pixels.extend(tile.pixels().map(|(x, y)| Pixel {
-            x,
-            y,
-            sampler: PixelSampler::new(tile.x + x, tile.y + y, seed),
-            color: Vec3::ZERO,
-            alpha: 0.0,
-            luminance_squared: 0.0,
-            distance: f64::INFINITY,
-            nearest: None,
-            depth: f64::INFINITY,
-            normal: [0.0; 3],
-            instance: -1,
-        }));
+        tile.for_each_pixel(|x, y| {
+            self.pixels.push(Pixel {
+                x,
+                y,
+                key: PixelKey::new(tile.x + x, tile.y + y, seed),
+                color: Vec3::ZERO,
+                alpha: 0.0,
+                luminance_squared: 0.0,
+                distance: f64::INFINITY,
+                nearest: None,
+                depth: f64::INFINITY,
+                normal: [0.0; 3],
+                instance: -1,
+            });
+        });
     }
 
     /// Takes the samples of `range`, of `per_pixel` in all: nothing seen yet, rays traced.
     ///
     /// A single sample is taken at the pixel's centre.
     pub fn see(&mut self, frame: &Frame, range: Range<u32>, per_pixel: u32) {
+        self.keys.clear();
+        self.indices.clear();
+        for pixel in &self.pixels {
+            self.keys.extend(range.clone().map(|_| pixel.key));
+            self.indices.extend(range.clone());
+        }
+        if per_pixel == 1 {
+            self.points.clear();
+            self.points.resize(self.keys.len(), [0.5, 0.5]);
+        } else {
+            points(
+                frame.picture.set,
+                &self.keys,
+                &self.indices,
+                PIXEL,
+                &mut self.points,
+            );
+        }
         self.rays.clear();
-        for pixel in &mut self.pixels {
+        for (pixel, points) in self
+            .pixels
+            .iter_mut()
+            .zip(self.points.chunks_exact(range.len()))
+        {
             pixel.nearest = None;
-            for index in range.clone() {
-                let [u, v] = match per_pixel {
-                    1 => [0.5, 0.5],
-                    _ => pixel.sampler.point(index, PIXEL),
-                };
+            for &[u, v] in points {
                 let distance = (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5);
                 if distance < pixel.distance {
                     pixel.distance = distance;
@@ -97,16 +122,6 @@ impl Samples {
         self.alpha.clear();
         self.alpha.resize(self.rays.len(), 0.0);
         frame.closest(&self.rays, &mut self.hits);
-    }
-
-    /// The sample points of a slot's pixel, and the slot's sample number.
-    #[inline]
-    pub fn sampler(&self, slot: usize) -> (&PixelSampler, u32) {
-        let count = self.range.len();
-        (
-            &self.pixels[slot / count].sampler,
-            self.range.start + (slot % count) as u32,
-        )
     }
 
     /// Notes `hit`, at `depth` along the viewing axis, as the first thing that `slot` sees.
@@ -165,15 +180,22 @@ impl Samples {
             let place = pixel.y as usize * columns + pixel.x as usize;
             let color = pixel.color * (1.0 / count);
             let alpha = pixel.alpha / count;
-            let rgba = [color.x, color.y, color.z, alpha].map(|value| value as f32);
-            layers.color[4 * place..4 * place + 4].copy_from_slice(&rgba);
+            let to = &mut layers.color[4 * place..4 * place + 4];
+            to[0] = color.x as f32;
+            to[1] = color.y as f32;
+            to[2] = color.z as f32;
+            to[3] = alpha as f32;
             // Unbiased variance of one sample, over the number of samples; 0 / 0 of a single one.
             let mean = color.luminance();
             let variance = (pixel.luminance_squared / count - mean * mean).max(0.0);
             layers.error[place] = (variance / (count - 1.0)).sqrt() as f32;
             layers.depth[place] = pixel.depth as f32;
-            let normal = pixel.normal.map(|value| value as f32);
-            layers.normal[3 * place..3 * place + 3].copy_from_slice(&normal);
+            for (to, from) in layers.normal[3 * place..3 * place + 3]
+                .iter_mut()
+                .zip(pixel.normal)
+            {
+                *to = from as f32;
+            }
             layers.instance[place] = pixel.instance;
         }
         layers

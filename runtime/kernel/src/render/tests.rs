@@ -94,6 +94,7 @@ fn picture(size: u32, samples: u32, integrator: Integrator) -> Picture {
         integrator,
         seed: 0,
         threads: 2,
+        set: InstructionSet::available()[0],
     }
 }
 
@@ -160,6 +161,30 @@ fn a_picture_is_the_same_on_any_number_of_threads() {
             assert_eq!(films[0].pixels.instance, other.pixels.instance);
             assert_eq!(films[0].rays, other.rays);
         }
+    }
+}
+
+#[test]
+fn a_picture_is_the_same_for_all_instruction_sets() {
+    let scene = Spheres(vec![
+        (Vec3::ZERO, 1.0, 0),
+        (Vec3::new(1.5, 0.0, 0.0), 1.0, 0),
+    ]);
+    for integrator in [
+        Integrator::Direct,
+        Integrator::AmbientOcclusion { distance: 9.0 },
+    ] {
+        let mut films = InstructionSet::available().into_iter().map(|set| {
+            let picture = Picture {
+                set,
+                ..picture(30, 5, integrator)
+            };
+            film(&scene, sky(1.0), vec![matte(0.8, 1.0)], &picture)
+                .pixels
+                .color
+        });
+        let first = films.next().unwrap();
+        assert!(films.all(|film| film == first), "{integrator:?}");
     }
 }
 

@@ -40,15 +40,17 @@ impl Tile {
         }
     }
 
-    /// Column and row, within the tile, of its pixels: block by block.
-    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let Tile { width, height, .. } = *self;
-        (0..height).step_by(BLOCK as usize).flat_map(move |y0| {
-            (0..width).step_by(BLOCK as usize).flat_map(move |x0| {
-                (y0..height.min(y0 + BLOCK))
-                    .flat_map(move |y| (x0..width.min(x0 + BLOCK)).map(move |x| (x, y)))
-            })
-        })
+    /// Visits column and row, within the tile, of its pixels: block by block.
+    pub fn for_each_pixel(&self, mut visit: impl FnMut(u32, u32)) {
+        for top in (0..self.height).step_by(BLOCK as usize) {
+            for left in (0..self.width).step_by(BLOCK as usize) {
+                for y in top..self.height.min(top + BLOCK) {
+                    for x in left..self.width.min(left + BLOCK) {
+                        visit(x, y);
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -62,9 +64,9 @@ mod tests {
             let mut seen = vec![0; (width * height) as usize];
             for index in 0..Tile::count(width, height) {
                 let tile = Tile::new(index, width, height);
-                for (x, y) in tile.pixels() {
+                tile.for_each_pixel(|x, y| {
                     seen[((tile.y + y) * width + tile.x + x) as usize] += 1;
-                }
+                });
             }
             assert!(seen.iter().all(|&count| count == 1), "{width} × {height}");
         }

@@ -1,4 +1,7 @@
 //! A point on a surface that a camera ray sees.
+use super::frame::Frame;
+use super::sampler::{PixelKey, points};
+use super::samples::Samples;
 use super::vector::Vec3;
 use crate::ray::{Hit, Ray};
 
@@ -49,6 +52,44 @@ impl Vertex {
             t_min: 0.0,
             t_max,
         }
+    }
+}
+
+/// The memory to draw sample points for vertices.
+#[derive(Default)]
+pub struct Draws {
+    keys: Vec<PixelKey>,
+    indices: Vec<u32>,
+    points: Vec<[f64; 2]>,
+}
+
+impl Draws {
+    /// For each vertex a point of a pair of dimensions, number `index(sample)`.
+    pub fn points(
+        &mut self,
+        frame: &Frame,
+        samples: &Samples,
+        vertices: &[Vertex],
+        pair: u32,
+        index: impl Fn(u32) -> u32,
+    ) -> &[[f64; 2]] {
+        self.keys.clear();
+        self.keys
+            .extend(vertices.iter().map(|vertex| samples.keys[vertex.slot]));
+        self.indices.clear();
+        self.indices.extend(
+            vertices
+                .iter()
+                .map(|vertex| index(samples.indices[vertex.slot])),
+        );
+        points(
+            frame.picture.set,
+            &self.keys,
+            &self.indices,
+            pair,
+            &mut self.points,
+        );
+        &self.points
     }
 }
 
