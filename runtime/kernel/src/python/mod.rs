@@ -140,6 +140,7 @@ impl Kernel {
             seed,
             threads,
             progress,
+            set: self.set,
         };
         render::render(py, self.scene.as_ref(), &self.appearance, &request)
     }

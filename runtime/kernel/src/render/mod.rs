@@ -31,14 +31,23 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
 use tile::Tile;
+use vector::Vec3;
 
 /// How a scene looks: its light and its surfaces.
 #[derive(Clone, Debug, Default)]
 pub struct Appearance {
-    /// All lights; where there is none, [`Integrator::Direct`] takes [`Lights::headlight`].
+    /// All lights; where nothing shines or glows, [`Integrator::Direct`] takes
+    /// [`Lights::headlight`].
     pub lights: Lights,
     /// What `Hit::material` counts.
     pub materials: Vec<Material>,
+}
+
+impl Appearance {
+    /// Whether nothing can be seen by its own light or that of others.
+    fn is_dark(&self) -> bool {
+        self.lights.is_dark() && self.materials.iter().all(|m| m.emission == Vec3::ZERO)
+    }
 }
 
 /// What a pixel shows.
@@ -93,8 +102,8 @@ pub fn render(
     observe: &mut dyn FnMut(f64, u64) -> bool,
 ) -> Option<Film> {
     let &Picture { width, height, .. } = picture;
-    let dark = picture.integrator == Integrator::Direct && appearance.lights.is_dark();
-    let headlight = dark.then(|| Lights::headlight(&picture.camera));
+    let headlight = (picture.integrator == Integrator::Direct && appearance.is_dark())
+        .then(|| Lights::headlight(&picture.camera));
     let lights = headlight.as_ref().unwrap_or(&appearance.lights);
     let (cancelled, rays) = (AtomicBool::new(false), AtomicU64::new(0));
     let frame = Frame {
