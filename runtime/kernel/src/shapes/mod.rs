@@ -12,10 +12,17 @@ use crate::lanes::{Isa, Lanes, Task};
 use crate::scalar::Scalar;
 
 mod angle;
+mod cell_walk;
+mod dilation;
 mod dop;
 mod frame;
 mod kind;
 mod parameters;
+mod ray_bevelled_box;
+mod ray_bevelled_cone;
+mod ray_bevelled_cylinder;
+mod ray_bevelled_ring;
+mod ray_bevelled_wedge;
 mod ray_box;
 mod ray_cone;
 mod ray_cylinder;
@@ -40,6 +47,11 @@ pub use ray_lanes::RayLanes;
 pub use ray_triangle::{Shear, intersect as intersect_triangle, surface as triangle_surface};
 
 use parameters::{around_axis, bounds, is_valid};
+use ray_bevelled_box::BevelledBox;
+use ray_bevelled_cone::BevelledCone;
+use ray_bevelled_cylinder::BevelledCylinder;
+use ray_bevelled_ring::BevelledRing;
+use ray_bevelled_wedge::BevelledWedge;
 use ray_box::Cuboid;
 use ray_cone::Cone;
 use ray_cylinder::Cylinder;
@@ -75,6 +87,11 @@ enum Solid<F> {
     Torus(Torus<F>),
     Ring(Ring<F>),
     Wedge(Wedge<F>),
+    BevelledBox(Box<BevelledBox<F>>),
+    BevelledCylinder(Box<BevelledCylinder<F>>),
+    BevelledCone(Box<BevelledCone<F>>),
+    BevelledRing(Box<BevelledRing<F>>),
+    BevelledWedge(Box<BevelledWedge<F>>),
 }
 
 impl<F: Scalar> Shape<F> {
@@ -104,11 +121,13 @@ impl<F: Scalar> Shape<F> {
             Some(bounds) => Frame::new(around_axis(kind, bounds)).ok_or_else(invalid)?,
             None => Frame::IDENTITY,
         };
+        // A bevel that is lost in rounding is no bevel.
+        let least_bevel = 16.0 * F::EPS.to_f64();
         Ok(Shape {
             frame,
             bounds,
-            traced: Solid::new(kind, parameters, &frame),
-            exact: Solid::new(kind, parameters, &frame),
+            traced: Solid::new(kind, parameters, &frame, least_bevel),
+            exact: Solid::new(kind, parameters, &frame, least_bevel),
         })
     }
 
@@ -143,6 +162,11 @@ impl<F: Scalar> Shape<F> {
             Solid::Torus(shape) => apart::<I, F, L>(shape, ray, active),
             Solid::Ring(shape) => apart::<I, F, L>(shape, ray, active),
             Solid::Wedge(shape) => apart::<I, F, L>(shape, ray, active),
+            Solid::BevelledBox(shape) => apart::<I, F, L>(&**shape, ray, active),
+            Solid::BevelledCylinder(shape) => apart::<I, F, L>(&**shape, ray, active),
+            Solid::BevelledCone(shape) => apart::<I, F, L>(&**shape, ray, active),
+            Solid::BevelledRing(shape) => apart::<I, F, L>(&**shape, ray, active),
+            Solid::BevelledWedge(shape) => apart::<I, F, L>(&**shape, ray, active),
         }
     }
 
@@ -161,6 +185,11 @@ impl<F: Scalar> Shape<F> {
             Solid::Torus(shape) => shape.surface(p),
             Solid::Ring(shape) => shape.surface(p),
             Solid::Wedge(shape) => shape.surface(p),
+            Solid::BevelledBox(shape) => shape.surface(p),
+            Solid::BevelledCylinder(shape) => shape.surface(p),
+            Solid::BevelledCone(shape) => shape.surface(p),
+            Solid::BevelledRing(shape) => shape.surface(p),
+            Solid::BevelledWedge(shape) => shape.surface(p),
         }
     }
 }

@@ -2,6 +2,11 @@
 use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
+use super::ray_bevelled_box::BevelledBox;
+use super::ray_bevelled_cone::BevelledCone;
+use super::ray_bevelled_cylinder::BevelledCylinder;
+use super::ray_bevelled_ring::BevelledRing;
+use super::ray_bevelled_wedge::BevelledWedge;
 use super::ray_box::Cuboid;
 use super::ray_cone::Cone;
 use super::ray_cylinder::Cylinder;
@@ -132,18 +137,44 @@ fn wedge_bounds([r0, r1]: [f64; 2], [phi0, phi1]: [f64; 2], bevel: f64) -> [[f64
 }
 
 impl<F: Scalar> Solid<F> {
-    /// The solid in shape space. The parameters are valid.
-    pub(super) fn new(kind: ShapeKind, parameters: &[f64], frame: &Frame) -> Solid<F> {
+    /// The solid in shape space; a bevel less than `least_bevel` there is left out. The parameters are valid.
+    pub(super) fn new(
+        kind: ShapeKind,
+        parameters: &[f64],
+        frame: &Frame,
+        least_bevel: f64,
+    ) -> Solid<F> {
         let length = |x: f64| x * frame.scale;
-        let height_of = |y: f64| (y - frame.center[1]) * frame.scale;
+        let height = |y: f64| (y - frame.center[1]) * frame.scale;
+        let bevel = |b: f64| Some(length(b)).filter(|&b| b >= least_bevel);
         match (kind, parameters) {
             (ShapeKind::Sphere, &[radius]) => Solid::Sphere(Sphere::new(length(radius))),
-            (ShapeKind::Box, &[x0, y0, z0, x1, y1, z1, _]) => Solid::Cuboid(Cuboid::new(
-                frame.shape_from_object([x0, y0, z0]),
-                frame.shape_from_object([x1, y1, z1]),
-            )),
-            (ShapeKind::Cylinder, &[radius, y0, y1, _]) => {
-                Solid::Cylinder(Cylinder::new(length(radius), [y0, y1].map(height_of)))
+            (ShapeKind::Box, &[x0, y0, z0, x1, y1, z1, b]) => {
+                let low = frame.shape_from_object([x0, y0, z0]);
+                let high = frame.shape_from_object([x1, y1, z1]);
+                match bevel(b) {
+                    None => Solid::Cuboid(Cuboid::new(low, high)),
+                    Some(b) => Solid::BevelledBox(Box::new(BevelledBox::new(low, high, b))),
+                }
+            }
+            (ShapeKind::Cylinder, &[radius, y0, y1, b]) => {
+                let (radius, y) = (length(radius), [y0, y1].map(height));
+                match bevel(b) {
+                    None => Solid::Cylinder(Cylinder::new(radius, y)),
+                    Some(b) => {
+                        Solid::BevelledCylinder(Box::new(BevelledCylinder::new(radius, y, b)))
+                    }
+                }
+            }
+            (ShapeKind::Cone, &[radius, tip, b]) => {
+                let (radius, tip) = (length(radius), length(tip));
+                match bevel(b) {
+                    None => Solid::Cone(Cone::new(radius, tip)),
+                    Some(b) => Solid::BevelledCone(Box::new(BevelledCone::new(radius, tip, b))),
+                }
+            }
+            (ShapeKind::Torus, &[major, minor]) => {
+                Solid::Torus(Torus::new(length(major), length(minor)))
             }
             (ShapeKind::Disc, &[radius]) => Solid::Disc(Disc::new(length(radius))),
             (ShapeKind::Rectangle, &[x, z]) => {
@@ -154,20 +185,22 @@ impl<F: Scalar> Solid<F> {
                     frame.shape_from_object([corners[i], corners[i + 1], corners[i + 2]])
                 })))
             }
-            (ShapeKind::Cone, &[radius, height, _]) => {
-                Solid::Cone(Cone::new(length(radius), length(height)))
+            (ShapeKind::Ring, &[r0, r1, y0, y1, b]) => {
+                let (r, y) = ([r0, r1].map(length), [y0, y1].map(height));
+                match bevel(b) {
+                    None => Solid::Ring(Ring::new(r, y)),
+                    Some(b) => Solid::BevelledRing(Box::new(BevelledRing::new(r, y, b))),
+                }
             }
-            (ShapeKind::Torus, &[major, minor]) => {
-                Solid::Torus(Torus::new(length(major), length(minor)))
+            (ShapeKind::Wedge, &[r0, r1, y0, y1, phi0, phi1, b]) => {
+                let (r, y) = ([r0, r1].map(length), [y0, y1].map(height));
+                match bevel(b) {
+                    None => Solid::Wedge(Wedge::new(r, y, [phi0, phi1])),
+                    Some(b) => {
+                        Solid::BevelledWedge(Box::new(BevelledWedge::new(r, y, [phi0, phi1], b)))
+                    }
+                }
             }
-            (ShapeKind::Ring, &[r0, r1, y0, y1, _]) => {
-                Solid::Ring(Ring::new([r0, r1].map(length), [y0, y1].map(height_of)))
-            }
-            (ShapeKind::Wedge, &[r0, r1, y0, y1, phi0, phi1, _]) => Solid::Wedge(Wedge::new(
-                [r0, r1].map(length),
-                [y0, y1].map(height_of),
-                [phi0, phi1],
-            )),
             _ => Solid::Plane,
         }
     }

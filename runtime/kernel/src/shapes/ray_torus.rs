@@ -74,6 +74,12 @@ impl<L: Lanes> Tube<L> {
         (value, slope + slope)
     }
 
+    /// g: positive outside of the tube.
+    #[inline(always)]
+    pub fn height(&self, t: L) -> L {
+        self.value_and_slope(t, Piece::Between).0
+    }
+
     /// Where pieces of one convexity meet, t_ρ − w and t_ρ + w; NaN for rays parallel to the axis.
     #[inline(always)]
     fn inflections(&self) -> (L, L) {
@@ -130,11 +136,11 @@ impl<L: Lanes> Tube<L> {
         // A root is certain where the sign of h differs between low and high.
         let mut certain = backward | (forward & (sign * at_far).le(zero));
         let (mut low, mut high) = (near, far);
-        let close = eps(2.0) * (self.major + self.minor);
-        let noise = (close + close) * self.minor;
+        let reach = self.major + self.minor;
         let mut t = L::select(forward, near, far);
         let mut running = forward | backward;
         let mut found = L::Mask::none();
+        let mut last = L::splat(L::Scalar::INFINITY);
         for _ in 0..STEPS {
             let (value, slope) = self.value_and_slope(t, piece);
             let positive = (sign * value).gt(zero);
@@ -145,16 +151,22 @@ impl<L: Lanes> Tube<L> {
             let step = value / slope;
             let next = t - step;
             let within = low.lt(next) & next.lt(high);
+            // As near as t and the points can tell.
+            let close = eps(2.0) * (reach + t.abs());
+            let noise = (close + close) * self.minor;
             let landed = running
                 & (step.abs().le(close)
                     | value.abs().le(noise)
                     | (certain & (high - low).le(close)));
             let middle = L::splat(L::Scalar::from_f64(0.5)) * (low + high);
+            // A landing is one step better yet, unless g is so flat there that the step would grow.
+            let better = running & within & (step.abs().le(last) | !landed);
             t = L::select(
-                running & within,
+                better,
                 next,
-                L::select(running & certain & !landed, middle, t),
+                L::select((running & certain).and_not(landed), middle, t),
             );
+            last = step.abs();
             found = found | landed;
             // Newton from a positive h leaves the piece, or turns back past the minimum: no root.
             running = running.and_not(landed) & (within | certain);

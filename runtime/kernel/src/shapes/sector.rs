@@ -79,6 +79,16 @@ impl<F: Scalar> Sector<F> {
         ]
     }
 
+    /// Whether p is in the closed sector.
+    #[inline(always)]
+    pub(super) fn contains<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> L::Mask {
+        let [[sin0, cos0], [sin1, cos1]] = self.ends.map(|end| end.map(L::splat));
+        let zero = L::zero();
+        let in0 = difference_of_products(p[0], cos0, p[2], sin0).ge(zero);
+        let in1 = difference_of_products(p[2], sin1, p[0], cos1).ge(zero);
+        if self.reflex { in0 | in1 } else { in0 & in1 }
+    }
+
     /// Where rays are in the sector, or in its gap.
     #[inline(always)]
     pub(super) fn sides<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Sides<L> {
@@ -92,16 +102,6 @@ impl<F: Scalar> Sector<F> {
 }
 
 impl Sector<f64> {
-    /// Whether p is in the closed sector.
-    pub(super) fn contains(&self, p: [f64; 3]) -> bool {
-        let [q0, q1] = [0, 1].map(|side| self.along_and_depth(side, p).1);
-        if self.reflex {
-            q0 >= 0.0 || q1 >= 0.0
-        } else {
-            q0 >= 0.0 && q1 >= 0.0
-        }
-    }
-
     /// The side k, 0 or 1, seen from p: how far along it and how deep inside of it p is.
     pub(super) fn along_and_depth(&self, side: usize, p: [f64; 3]) -> (f64, f64) {
         let [sin, cos] = self.ends[side];

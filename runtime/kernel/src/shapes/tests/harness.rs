@@ -130,7 +130,6 @@ fn length() -> impl Strategy<Value = f64> {
 
 /// A fraction of the largest bevel: none, the largest, tiny, or any.
 fn bevel(limit: f64) -> impl Strategy<Value = f64> {
-    let limit = 0.0 * limit;
     prop_oneof![
         2 => Just(0.0),
         1 => Just(limit),

@@ -1,0 +1,194 @@
+//! Bevelled solids that are not convex: a ray is followed from cell to cell.
+//!
+//! The solid is all points within b of a core. Space falls into cells (Voronoi's) by the feature of the core that is
+//! nearest: a face, an edge, a corner, an arc. Within a cell the solid is that feature's dilation:
+//! a slab, a round bar, a ball, a tube. The cells' borders are planes, lines and circles that a ray crosses at times known
+//! beforehand; between two crossings the cell is that of the middle, and its surface is met in closed
+//! form (tubes: by `ray_torus.rs`).
+//!
+//! No seam can crack: the walk knows whether it is inside or outside, and takes the first time in a stretch
+//! at which the stretch's cell says otherwise, be it the stretch's very start, where rounding has
+//! let the one before end without a crossing.
+use crate::lanes::{Lanes, Mask};
+use crate::scalar::Scalar;
+
+use super::ray_lanes::{RayLanes, Span};
+use super::ray_ring::first_end;
+use super::ray_torus::Tube;
+
+/// The dilated feature that the solid is, in the cell of a point.
+#[derive(Clone, Copy)]
+pub(super) struct Cell<L: Lanes> {
+    /// From the feature to the point, in a frame of the feature; components along the feature are zero.
+    pub offset: [L; 3],
+    /// How fast `offset` changes along the ray.
+    pub rate: [L; 3],
+    /// The solid is where |offset| ≤ radius...
+    pub radius: L,
+    /// ...or, here, where it is greater: a hole's wall.
+    pub hollow: L::Mask,
+    /// Instead of all that, a tube about a circle around the y axis: where it is so,
+    pub tube: L::Mask,
+    /// the circle's radius
+    pub major: L,
+    /// and height. The tube's own radius is `radius`.
+    pub level: L,
+}
+
+/// A solid made of cells.
+pub(super) trait Cells<F: Scalar> {
+    /// Passes the times at which rays cross borders of cells, in any order; more do no harm.
+    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, pass: impl FnMut(L));
+    /// The cells of points p.
+    fn cell<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> Cell<L>;
+}
+
+/// Room for the times of all borders.
+const BORDERS: usize = 20;
+
+impl<L: Lanes> Cell<L> {
+    /// The height of the point above the surface, up to a positive factor.
+    #[inline(always)]
+    fn height(&self, ray: &RayLanes<L>, t: L) -> L {
+        let [x, y, z] = self.offset;
+        let r = self.radius;
+        let square = x.mul_add(x, y.mul_add(y, z * z));
+        let solid = r.neg_mul_add(r, square);
+        let solid = L::select(self.hollow, -solid, solid);
+        if self.tube.any() {
+            return L::select(self.tube, self.as_tube(ray).height(t), solid);
+        }
+        solid
+    }
+
+    #[inline(always)]
+    fn as_tube(&self, ray: &RayLanes<L>) -> Tube<L> {
+        let [x, y, z] = ray.o;
+        Tube {
+            major: self.major,
+            minor: self.radius,
+            o: [x, y - self.level, z],
+            d: ray.d,
+        }
+    }
+}
+
+/// The first crossing that the ray accepts of a solid that is, without its bevel, a stretch less some
+/// holes. A ray from outside starts its walk where it enters the plain solid, and mostly ends it there: on a face.
+#[inline(always)]
+pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const N: usize>(
+    solid: &S,
+    ray: &RayLanes<L>,
+    plain: Span<L>,
+    holes: [Span<L>; N],
+    active: L::Mask,
+) -> (L::Mask, L) {
+    let (enters, entry) = first_end(ray, plain, holes, active);
+    let starts_within = holes
+        .iter()
+        .fold(active & plain.contains(ray.t_min), |within, hole| {
+            within.and_not(hole.contains(ray.t_min))
+        });
+    let active = enters | starts_within;
+    if !active.any() {
+        return (active, entry);
+    }
+    let start = L::select(starts_within, ray.t_min, entry);
+    let cell = solid.cell(ray.at(start), ray.d);
+    let height = cell.height(ray, start);
+    // Heights are differences of squares: 2 r times the distance.
+    let noise = L::splat(F::from_f64(16.0 * F::EPS.to_f64())) * cell.radius;
+    let met = active.and_not(starts_within) & height.le(noise);
+    let mut open = active.and_not(met);
+    let mut found = met;
+    let mut t = start;
+    // Faces of both solids coincide: leave room to leave by one.
+    let slack = L::splat(F::from_f64(32.0 * F::EPS.to_f64()));
+    let end = plain.far + slack.mul_add(plain.far.abs(), slack);
+    let stretch = Span {
+        near: start,
+        far: end.min(ray.t_max),
+    };
+    let mut inside = starts_within & height.lt(L::zero());
+    // A ray that starts on the surface may be taken to be on the wrong side of it.
+    for _ in 0..2 {
+        if !open.any() {
+            break;
+        }
+        let (changes, change) = first_change(solid, ray, stretch, inside, open);
+        t = L::select(changes, change, t);
+        found = found | changes;
+        open = changes & change.le(ray.t_min);
+        found = found.and_not(open);
+        inside = !inside;
+    }
+    (found & ray.accepts(t), t)
+}
+
+/// Follows rays along `stretch`, which begins inside the solid or outside of it, to where that first
+/// changes. Borders beyond the stretch do not matter.
+#[inline(always)]
+fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
+    solid: &S,
+    ray: &RayLanes<L>,
+    stretch: Span<L>,
+    inside: L::Mask,
+    active: L::Mask,
+) -> (L::Mask, L) {
+    let half = L::splat(F::from_f64(0.5));
+    let mut borders = [stretch.far; BORDERS];
+    let mut count = 0;
+    solid.borders(ray, |t| {
+        borders[count] = t;
+        count += 1;
+    });
+    let mut running = active & stretch.exists();
+    let mut start = stretch.near;
+    let mut change = stretch.far;
+    let mut found = L::Mask::none();
+    for _ in 0..=count {
+        if !running.any() {
+            break;
+        }
+        let end = borders[..count].iter().fold(stretch.far, |end, &t| {
+            L::select(t.gt(start), t, end).min(end)
+        });
+        let middle = half * (start + end);
+        let cell = solid.cell(ray.at(middle), ray.d);
+
+        // The time within the feature's dilation; tubes aside.
+        let span = Span::ball_or_line(cell.offset, cell.rate, cell.radius);
+        let (near, far) = (middle + span.near, middle + span.far);
+        let meets = near.le(end) & far.ge(start) & near.le(far);
+        let into = near.max(start);
+        let within = meets & near.le(start);
+        let out_of = L::select(within, far, start);
+        let seeks_within = (inside & cell.hollow) | !(inside | cell.hollow);
+        let t = L::select(seeks_within, into, out_of);
+        let changes = (seeks_within & meets) | (!seeks_within & t.le(end));
+        let plain = running.and_not(cell.tube) & changes;
+        change = L::select(plain, t, change);
+        found = found | plain;
+
+        let tubes = running & cell.tube;
+        if tubes.any() {
+            let tube = cell.as_tube(ray);
+            let outside = tube.height(start).gt(L::zero());
+            let already = tubes & ((inside & outside) | !(inside | outside));
+            let none = Span::line().only(L::Mask::none());
+            let (hit, t) = tube.first_crossing(
+                Span {
+                    near: start,
+                    far: end,
+                },
+                none,
+                tubes.and_not(already),
+            );
+            change = L::select(hit, t, L::select(already, start, change));
+            found = found | hit | already;
+        }
+        running = running.and_not(found) & end.lt(stretch.far);
+        start = end;
+    }
+    (found, change)
+}

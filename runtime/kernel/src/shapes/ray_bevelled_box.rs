@@ -1,0 +1,82 @@
+//! A box with rounded edges: its core is the box inset by b on every side.
+//!
+//! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i − high_i or p_i − low_i,
+//! else 0. δ = |e|, δ' = e·d/|e|.
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+use super::dilation::{self, Dilated};
+use super::dop::dot;
+use super::ray_box::Cuboid;
+use super::ray_lanes::{Intersect, RayLanes, Span};
+
+/// A box all of whose edges are rounded.
+#[derive(Clone, Debug)]
+pub struct BevelledBox<F> {
+    plain: Cuboid<F>,
+    low: [F; 3],
+    high: [F; 3],
+    bevel: F,
+}
+
+impl<F: Scalar> BevelledBox<F> {
+    pub(super) fn new(low: [f64; 3], high: [f64; 3], bevel: f64) -> BevelledBox<F> {
+        BevelledBox {
+            plain: Cuboid::new(low, high),
+            low: low.map(|x| F::from_f64(x + bevel)),
+            high: high.map(|x| F::from_f64(x - bevel)),
+            bevel: F::from_f64(bevel),
+        }
+    }
+
+    /// From the core's nearest point to p.
+    #[inline(always)]
+    fn offset<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> [L; 3] {
+        let zero = L::zero();
+        [0, 1, 2].map(|i| {
+            let (low, high) = (L::splat(self.low[i]), L::splat(self.high[i]));
+            (p[i] - high).max(zero) + (p[i] - low).min(zero)
+        })
+    }
+}
+
+impl<F: Scalar> Dilated<F> for BevelledBox<F> {
+    #[inline(always)]
+    fn bevel(&self) -> F {
+        self.bevel
+    }
+
+    #[inline(always)]
+    fn plain<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
+        self.plain.span(ray)
+    }
+
+    #[inline(always)]
+    fn distance<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> (L, L) {
+        let e = self.offset(p);
+        let distance = dot(e, e).sqrt();
+        (distance, dot(e, d) / distance)
+    }
+}
+
+impl<F: Scalar> Intersect<F> for BevelledBox<F> {
+    #[inline(always)]
+    fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
+        dilation::intersect(self, ray, active)
+    }
+}
+
+impl BevelledBox<f64> {
+    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let e = self.offset(p);
+        let distance = dot(e, e).sqrt();
+        if distance == 0.0 {
+            return self.plain.surface(p);
+        }
+        let normal = e.map(|x| x / distance);
+        (
+            [0, 1, 2].map(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
+            normal,
+        )
+    }
+}
