@@ -1,10 +1,11 @@
 """Does the compiled path say what the interpreter says? `python -m benchmarks.agreement`.
 
 Random nested scenes go through both: flattened and traced by the kernel, and interpreted as they
-are, with 64-bit mantissas. A hit agrees if it is of the same leaf, and t and normal are
-within `LIMIT` units of `benchmarks.conditioning`. Where it does not, the ray is tried again, moved
-by as many units to all sides: if the kernel's answer is then right of one of them, nobody could
-have decided the ray; else the kernel, the compiler or the interpreter is wrong.
+are, with 64-bit mantissas. A hit agrees if it is of the same leaf, and t, point and normal are
+within `LIMIT` units of `benchmarks.conditioning`. Where it does not, the ray is interpreted again,
+moved by as many units to all sides: if that changes the truth, and the kernel's answer is a miss
+or a point of some surface, nobody could decide the ray; else the kernel, the compiler or the
+interpreter is wrong.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ import argparse
 import sys
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.conditioning import Leaves, leaves, units
+from benchmarks.conditioning import Leaves, Units, leaves, units
 from benchmarks.random_scenes import Rays, random_rays, random_scene
 from compiler.flatten import flatten
 from compiler.ir import KINDS, SceneIR
@@ -37,12 +38,19 @@ class Answer:
 
     t: FloatArray
     normal: FloatArray
+    position: FloatArray
     leaf: IntArray
     material: IntArray
 
     def at(self, index: NDArray[np.intp]) -> Answer:
         """Some of them."""
-        return Answer(self.t[index], self.normal[index], self.leaf[index], self.material[index])
+        return Answer(
+            self.t[index],
+            self.normal[index],
+            self.position[index],
+            self.leaf[index],
+            self.material[index],
+        )
 
 
 @dataclass(slots=True)
@@ -53,9 +61,8 @@ class Tally:
     hits: int = 0
     undecided: int = 0
     wrong: list[str] = field(default_factory=list)
-    kind: list[NDArray[np.uint8]] = field(default_factory=list)
-    t_units: list[FloatArray] = field(default_factory=list)
-    normal_units: list[FloatArray] = field(default_factory=list)
+    kinds: list[NDArray[np.uint8]] = field(default_factory=list)
+    errors: list[FloatArray] = field(default_factory=list)
 
 
 class Judge:
@@ -73,26 +80,24 @@ class Judge:
     def interpreted(self, rays: Rays) -> Answer:
         """The truth; the material as the IR's number of an equal one."""
         found = self.interpreter.closest(*rays)
-        t, normal = found.t, found.normal.T.astype(np.float64)
+        normal = found.normal.T.astype(np.float64)
         length = np.where(found.leaf >= 0, np.linalg.norm(normal, axis=1), np.nan)
-        return Answer(t, normal / length[:, None], found.leaf, found.material)
+        position = found.point.T.astype(np.float64)
+        return Answer(found.t, normal / length[:, None], position, found.leaf, found.material)
 
     def compare(self, rays: Rays, precision: str, tally: Tally) -> None:
         """Trace and judge the rays."""
         truth = self.interpreted(rays)
-        t, normal, _, leaf, prototype, material = Kernel(self.ir, precision).trace(*rays)
-        traced = Answer(t, normal, leaf, material.astype(np.int64))
+        t, normal, position, leaf, prototype, material = Kernel(self.ir, precision).trace(*rays)
+        traced = Answer(t, normal, position, leaf, material.astype(np.int64))
         hit = np.flatnonzero((leaf >= 0) & (leaf == truth.leaf))
-        t_units, normal_units = self.errors(rays, truth, traced, hit, precision)
-
         doubtful = leaf != truth.leaf
-        doubtful[hit] = ~((t_units <= LIMIT) & (normal_units <= LIMIT))
-        decided = ~doubtful[hit]
+        doubtful[hit] = self.wrong(rays, truth, traced, hit, precision)
+        agreed = hit[~doubtful[hit]]
         tally.rays += len(t)
         tally.hits += int((truth.leaf >= 0).sum())
-        tally.kind.append(self.ir.prototype_kind[prototype[hit[decided]]])
-        tally.t_units.append(t_units[decided])
-        tally.normal_units.append(normal_units[decided])
+        tally.kinds.append(self.ir.prototype_kind[prototype[agreed]])
+        tally.errors.append(self.errors(rays, truth, traced, agreed, precision))
         for ray in np.flatnonzero(doubtful).tolist():
             if self.undecidable(rays, ray, truth, traced, precision):
                 tally.undecided += 1
@@ -103,54 +108,114 @@ class Judge:
             tally.wrong.append(f"{self.name}: materials differ")
 
     def errors(
-        self, rays: Rays, truth: Answer, traced: Answer, hit: NDArray[np.intp], precision: str
-    ) -> tuple[FloatArray, FloatArray]:
-        """Errors of t and of the normal, in units, of rays that both say hit the same leaf."""
-        t, normal = truth.t[hit].astype(np.float64), truth.normal[hit]
+        self, rays: Rays, truth: Answer, answer: Answer, hit: NDArray[np.intp], precision: str
+    ) -> FloatArray:
+        """Errors `(3, k)` of t, position and normal, in units, where both hit the same leaf."""
+        rays, truth, answer = rays.at(hit), truth.at(hit), answer.at(hit)
         unit = units(
             self.leaves,
-            truth.leaf[hit],
-            rays.origins[hit],
-            rays.directions[hit],
-            t,
-            normal,
+            truth.leaf,
+            rays.origins,
+            rays.directions,
+            truth.t.astype(np.float64),
+            truth.normal,
             precision,
         )
-        off = np.abs((traced.t[hit] - truth.t[hit]).astype(np.float64))
-        turned = np.linalg.norm(traced.normal[hit] - normal, axis=1)
-        return off / unit.t, turned / unit.normal
+        off = (answer.t - truth.t).astype(np.float64)
+        inverse = self.leaves.object_from_world[truth.leaf, :, :3]
+        away = np.einsum("nij,nj->ni", inverse, answer.position - truth.position)
+        turned = np.linalg.norm(answer.normal - truth.normal, axis=1)
+        return np.stack(
+            [
+                np.abs(off) / unit.t,
+                np.linalg.norm(away, axis=1) / unit.position,
+                turned / unit.normal,
+            ]
+        )
+
+    def wrong(
+        self, rays: Rays, truth: Answer, answer: Answer, hit: NDArray[np.intp], precision: str
+    ) -> NDArray[np.bool_]:
+        """Where `errors` are not within `LIMIT`."""
+        errors = self.errors(rays, truth, answer, hit, precision)
+        return np.asarray(~(errors <= LIMIT).all(axis=0))
 
     def undecidable(
         self, rays: Rays, ray: int, truth: Answer, traced: Answer, precision: str
     ) -> bool:
-        """Whether the kernel's answer is right of a ray moved by `LIMIT` units."""
+        """Whether the truth changes when the ray moves by `LIMIT` units, and the answer may be so.
+
+        A ray that runs along a surface within rounding, or meets an edge, may be said to miss, or
+        to hit anything that is there. It may be so parallel to a flat shape that no try finds the
+        change: then the unit of its point exceeds the shape.
+        """
         rng = np.random.default_rng(ray)
-        one = rays.at(np.full(1, ray))
-        moved = []
+        moved, lost = [], False
         for answer in (truth, traced):
-            leaf = answer.leaf[[ray]]
-            if leaf[0] < 0:
-                continue
-            t = answer.t[[ray]].astype(np.float64)
-            unit = units(
-                self.leaves, leaf, one.origins, one.directions, t, answer.normal[[ray]], precision
-            )
-            sides = rng.normal(size=(TRIES, 3))
-            sides *= np.geomspace(0.1, 1, TRIES)[:, None] / np.abs(sides).max(axis=1)[:, None]
-            shift = LIMIT * sides * unit.displacement
-            moved.append(shift @ self.leaves.world_from_object[leaf[0], :, :3].T)
-        shifts = np.concatenate(moved)
-        tries = rays.at(np.full(len(shifts), ray))
-        found = self.interpreted(
-            Rays(tries.origins + shifts, tries.directions, tries.t_min, tries.t_max)
+            leaf = answer.leaf[ray]
+            if leaf >= 0:
+                unit, to_world = self.unit(rays, ray, answer, precision)
+                moved.append(self.moved(rays, ray, unit, to_world, rng))
+                lost |= bool(LIMIT * unit.position[0] > self.leaves.size[leaf])
+        tries = Rays(*(np.concatenate(values) for values in zip(*moved, strict=True)))
+        found = self.interpreted(tries)
+        changed = found.leaf != truth.leaf[ray]
+        if truth.leaf[ray] >= 0:
+            same = np.flatnonzero(~changed)
+            before = truth.at(np.full(len(changed), ray))
+            changed[same] = self.wrong(tries, found, before, same, precision)
+        if traced.leaf[ray] < 0 or not (lost or changed.any()):
+            return lost or bool(changed.any())
+        after = traced.at(np.full(len(changed), ray))
+        same = np.flatnonzero(found.leaf == traced.leaf[ray])
+        return not self.wrong(tries, found, after, same, precision).all() or self.on_surface(
+            rays, ray, traced, precision, rng
         )
-        same = found.leaf == traced.leaf[ray]
-        if traced.leaf[ray] < 0:
-            return bool(same.any())
-        again = np.flatnonzero(same)
-        repeated = traced.at(np.full(len(shifts), ray))
-        off, turned = self.errors(tries, found, repeated, again, precision)
-        return bool(((off <= 2 * LIMIT) & (turned <= 2 * LIMIT)).any())
+
+    def moved(
+        self, rays: Rays, ray: int, unit: Units, to_world: FloatArray, rng: np.random.Generator
+    ) -> Rays:
+        """`TRIES` rays around one, within `LIMIT` units of it as its hit there counts them.
+
+        Half of them much nearer: a parallel ray that clears a plane is turned into it more easily.
+        """
+        nearness = rng.uniform(-12, 0, (2, TRIES, 1)) * (np.arange(TRIES) % 2)[:, None]
+        shift, turn = rng.uniform(-LIMIT, LIMIT, (2, TRIES, 3)) * 10.0**nearness
+        turn = turn * unit.turn @ to_world
+        shift = shift * unit.displacement @ to_world - unit.pivot * turn
+        tries = rays.at(np.full(TRIES, ray))
+        return Rays(tries.origins + shift, tries.directions + turn, tries.t_min, tries.t_max)
+
+    def on_surface(
+        self, rays: Rays, ray: int, traced: Answer, precision: str, rng: np.random.Generator
+    ) -> bool:
+        """Whether the point of a hit is on a surface, with its normal, within `LIMIT` units.
+
+        Tried by rays that come down on it along the normal; what they meet may be a leaf that is
+        in the same place. A point that rounding may move beyond its own distance is anywhere.
+        """
+        hit = traced.at(np.full(1, ray))
+        unit, to_world = self.unit(rays, ray, traced, precision)
+        if LIMIT * unit.position[0] > np.linalg.norm(hit.position @ np.linalg.inv(to_world)):
+            return True
+        shift = rng.uniform(-LIMIT, LIMIT, (TRIES, 3)) * unit.displacement @ to_world
+        height = np.full(TRIES, 4 * LIMIT * np.linalg.norm(unit.displacement @ np.abs(to_world)))
+        down = -np.repeat(hit.normal, TRIES, axis=0)
+        probes = Rays(hit.position + shift - down * height[:, None], down, 0 * height, 2 * height)
+        found = self.interpreted(probes)
+        met = np.flatnonzero(found.leaf >= 0)
+        facing = np.where((found.normal * down).sum(axis=1) > 0, 1, -1)
+        claimed = replace(found, normal=facing[:, None] * down)
+        return bool((~self.wrong(probes, found, claimed, met, precision)).any())
+
+    def unit(
+        self, rays: Rays, ray: int, answer: Answer, precision: str
+    ) -> tuple[Units, FloatArray]:
+        """The unit of one ray's hit, and what takes rows from object to world space."""
+        one, hit = rays.at(np.full(1, ray)), answer.at(np.full(1, ray))
+        t = hit.t.astype(np.float64)
+        unit = units(self.leaves, hit.leaf, one.origins, one.directions, t, hit.normal, precision)
+        return unit, self.leaves.world_from_object[hit.leaf[0], :, :3].T
 
     def describe(self, rays: Rays, ray: int, truth: Answer, traced: Answer, precision: str) -> str:
         """A disagreement, to be reproduced."""
@@ -186,15 +251,15 @@ def table(tallies: dict[str, Tally]) -> str:
             f"{precision:9s} {tally.rays:8d} {tally.hits:8d} {tally.undecided:10d} "
             f"{len(tally.wrong):6d}"
         )
-    lines += ["", f"{'units of':14s}" + "".join(f"{p + ' t':>19s}{'normal':>16s}" for p in tallies)]
+    columns = [f"{precision} {what}" for precision in tallies for what in ("t", "point", "normal")]
+    lines += ["", "median / worst units", " " * 10 + "".join(f"{c:>16s}" for c in columns)]
     for number, kind in enumerate(KINDS):
-        line = f"{kind:14s}"
+        line = f"{kind:10s}"
         for tally in tallies.values():
-            of_kind = np.concatenate(tally.kind) == number
-            for errors in (tally.t_units, tally.normal_units):
-                some = np.concatenate(errors)[of_kind]
+            errors = np.concatenate(tally.errors, axis=1)[:, np.concatenate(tally.kinds) == number]
+            for some in errors:
                 shown = f"{np.median(some):.2f} / {some.max():.2f}" if some.size else "-"
-                line += f"{shown:>{19 if errors is tally.t_units else 16}s}"
+                line += f"{shown:>16s}"
         lines.append(line)
     return "\n".join(lines)
 

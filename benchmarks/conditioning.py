@@ -96,14 +96,18 @@ def extent(ir: SceneIR, prototype: int) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """What one unit is for each ray: of t and of the unit normal, `(n,)`.
+    """What one unit is for each ray, `(n,)`: of t, of the object-space point, of the unit normal.
 
-    `displacement` `(n, 3)`, in object space, is what the surface moves by to make the unit of t.
+    In object space a unit is made by moving the ray by `displacement` `(n, 3)`, and by turning it
+    about its point at t = `pivot` `(n,)`, which adds `turn` `(n, 3)` to its direction.
     """
 
     t: FloatArray
+    position: FloatArray
     normal: FloatArray
     displacement: FloatArray
+    turn: FloatArray
+    pivot: FloatArray
 
 
 def units(
@@ -130,20 +134,22 @@ def units(
     size = size + np.abs(o + at * d).max(axis=1, keepdims=True)  # of a plane, where it is hit
     near = np.clip(-(o * d).sum(axis=1) / way**2, 0, t)[:, None]
     flat = 2 * through(scale, np.abs(origins)) + np.abs(offset) + np.abs(o)
-    flat += np.abs(at) * (2 * through(scale, np.abs(directions)) + np.abs(d))
-    local = np.abs(o + near * d) + np.abs(at - near) * np.abs(d) + size
-    displacement = fine * flat + epsilon * local
+    flat_direction = 2 * through(scale, np.abs(directions)) + np.abs(d)
+    displacement = fine * (flat + near * flat_direction)
+    displacement += epsilon * (np.abs(o + near * d) + size)
+    turn = fine * flat_direction + epsilon * np.abs(d)
+    moved = displacement + np.abs(at - near) * turn
 
     n = through(found.world_from_object[leaf, :, :3].transpose(0, 2, 1), normal)
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     facing = np.abs((n * d).sum(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        unit_t = (np.abs(n) * displacement).sum(axis=1) / facing + fine * np.abs(t)
-        slip = np.linalg.norm(displacement, axis=1) + way * unit_t
+        unit_t = (np.abs(n) * moved).sum(axis=1) / facing + fine * np.abs(t)
+        slip = np.linalg.norm(moved, axis=1) + way * unit_t
         axis_distance = np.hypot(*(o + at * d)[:, [0, 2]].T)
         curvature = np.minimum(found.curvature[leaf], 1 / axis_distance)
         curvature = np.where(np.isinf(found.curvature[leaf]), curvature, found.curvature[leaf])
-        turn = np.where(curvature > 0, curvature * slip, 0) + 2 * epsilon
+        bent = np.where(curvature > 0, curvature * slip, 0) + 2 * epsilon
     stretched = np.linalg.norm(linear, axis=(1, 2))
     stretched /= np.linalg.norm(through(linear.transpose(0, 2, 1), n), axis=1)
-    return Units(unit_t, stretched * turn, displacement)
+    return Units(unit_t, slip, stretched * bent, displacement, turn, near[:, 0])
