@@ -46,11 +46,13 @@ class Kernel:
         NDArray[np.int32],
         NDArray[np.int32],
     ]:
-        """Closest hits with t_min < t < t_max: t (n,), normal (n, 3), position (n, 3), instance (n,), prototype, material.
+        """Closest hits with t_min < t < t_max.
 
-        Rays `(n, 3)`, bounds `(n,)` or `(1,)`, C-contiguous. `threads` 0 takes all cores. A miss
-        has t = inf, normal and position NaN, indices -1. A ray that is not finite, or has a zero direction, misses.
-        Ties in t go to the lowest leaf number. Releases the GIL; KeyboardInterrupt ends it.
+        Returns t (n,), normal (n, 3), position (n, 3), instance (n,), prototype, material. Rays
+        `(n, 3)`, bounds `(n,)` or `(1,)`, C-contiguous. `threads` 0 takes all cores. A miss has
+        t = inf, normal and position NaN, indices -1. A ray that is not finite, or has a zero
+        direction, misses. Ties in t go to the lowest leaf number. Releases the GIL;
+        KeyboardInterrupt ends it.
         """
 
     def occluded(

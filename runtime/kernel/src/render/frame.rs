@@ -22,7 +22,10 @@ pub struct Frame<'a> {
     /// Whether any material lets light through: only then rays are continued.
     pub transparent: bool,
     pub cancelled: &'a AtomicBool,
+    /// Rays traced so far.
     pub rays: &'a AtomicU64,
+    /// Camera samples finished so far.
+    pub samples: &'a AtomicU64,
 }
 
 impl Frame<'_> {
@@ -54,10 +57,6 @@ impl Frame<'_> {
 /// Samples per pixel and batch: the rays, hits and vertices of a tile fit into a core's cache.
 const SAMPLES_PER_BATCH: u32 = 4;
 
-/// Camera samples per pixel beyond which ambient occlusion traces several occlusion rays for each
-/// instead: edges are smooth by then, occlusion is not.
-const OCCLUSION_CAMERA_SAMPLES: u32 = 16;
-
 /// One thread: the memory its work needs, kept from tile to tile.
 #[derive(Default)]
 pub struct Worker {
@@ -70,13 +69,7 @@ impl Worker {
     /// Renders a tile; None if the render is cancelled.
     pub fn render(&mut self, frame: &Frame, tile: &Tile) -> Option<Layers> {
         let picture = frame.picture;
-        let occlusion_rays = match picture.integrator {
-            Integrator::AmbientOcclusion { .. } => {
-                picture.samples.div_ceil(OCCLUSION_CAMERA_SAMPLES)
-            }
-            _ => 1,
-        };
-        let per_pixel = picture.samples.div_ceil(occlusion_rays);
+        let (per_pixel, occlusion_rays) = picture.samples_and_occlusion_rays();
         self.samples.start(picture.seed, tile);
         for first in (0..per_pixel).step_by(SAMPLES_PER_BATCH as usize) {
             let samples = &mut self.samples;
@@ -100,6 +93,8 @@ impl Worker {
                 return None;
             }
             samples.accumulate();
+            let seen = samples.radiance.len() as u64;
+            frame.samples.fetch_add(seen, Ordering::Relaxed);
         }
         Some(self.samples.finish(per_pixel))
     }

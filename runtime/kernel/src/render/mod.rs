@@ -87,6 +87,23 @@ pub struct Picture {
     pub set: InstructionSet,
 }
 
+/// Camera samples per pixel beyond which ambient occlusion traces several occlusion rays for each
+/// instead: edges are smooth by then, occlusion is not.
+const OCCLUSION_CAMERA_SAMPLES: u32 = 16;
+
+impl Picture {
+    /// Camera samples per pixel, and occlusion rays for each.
+    fn samples_and_occlusion_rays(&self) -> (u32, u32) {
+        match self.integrator {
+            Integrator::AmbientOcclusion { .. } => {
+                let rays = self.samples.div_ceil(OCCLUSION_CAMERA_SAMPLES);
+                (self.samples.div_ceil(rays), rays)
+            }
+            _ => (self.samples, 0),
+        }
+    }
+}
+
 /// How often the caller hears of the progress.
 const POLL: Duration = Duration::from_millis(50);
 
@@ -105,7 +122,8 @@ pub fn render(
     let headlight = (picture.integrator == Integrator::Direct && appearance.is_dark())
         .then(|| Lights::headlight(&picture.camera));
     let lights = headlight.as_ref().unwrap_or(&appearance.lights);
-    let (cancelled, rays) = (AtomicBool::new(false), AtomicU64::new(0));
+    let cancelled = AtomicBool::new(false);
+    let (rays, samples) = (AtomicU64::new(0), AtomicU64::new(0));
     let frame = Frame {
         trace,
         picture,
@@ -118,6 +136,7 @@ pub fn render(
             .any(|material| material.opacity < 1.0),
         cancelled: &cancelled,
         rays: &rays,
+        samples: &samples,
     };
     let tiles = Tile::count(width, height);
     let threads = match picture.threads {
@@ -125,6 +144,8 @@ pub fn render(
         threads => threads,
     };
     let next = AtomicUsize::new(0);
+    let (per_pixel, _) = picture.samples_and_occlusion_rays();
+    let all_samples = f64::from(width) * f64::from(height) * f64::from(per_pixel);
     let mut film = Film::new(width as usize, height as usize);
     std::thread::scope(|scope| {
         let caller = std::thread::current();
@@ -151,7 +172,6 @@ pub fn render(
             });
         }
         drop(sender);
-        let mut done = 0;
         let mut polled = Instant::now();
         loop {
             // Waiting for the tiles themselves would cost the threads a system call for each.
@@ -161,7 +181,6 @@ pub fn render(
                     Ok((tile, layers)) => film.insert(&tile, &layers),
                     Err(error) => break error == TryRecvError::Disconnected,
                 }
-                done += 1;
             };
             // So they have as well if a thread has panicked, which the scope passes on.
             if ended {
@@ -169,7 +188,8 @@ pub fn render(
             }
             if polled.elapsed() >= POLL {
                 polled = Instant::now();
-                if !observe(done as f64 / tiles as f64, rays.load(Ordering::Relaxed)) {
+                let done = samples.load(Ordering::Relaxed) as f64 / all_samples;
+                if !observe(done, rays.load(Ordering::Relaxed)) {
                     cancelled.store(true, Ordering::Relaxed);
                     break;
                 }
