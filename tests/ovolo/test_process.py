@@ -58,7 +58,7 @@ def test_diagnostics_are_coloured_on_a_terminal_only(tmp_path: Path) -> None:
 def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     (tmp_path / "ball.ovo").write_text("sphere()\n")
     code, shown = on_a_terminal(
-        tmp_path, ["render", "ball.ovo", "--width", "320", "--height", "240", "--samples", "64"]
+        tmp_path, ["render", "ball.ovo", "--width", "160", "--height", "120", "--samples", "16"]
     )
     assert code == 0
     assert "Mrays/s" in shown
