@@ -126,9 +126,11 @@ class DoubleDouble:
         rest = ((self.hi - square) - error) + self.lo
         return DoubleDouble(*_fast_two_sum(root, rest / (root + root)))
 
-    def times_power_of_two(self, exponent: NDArray[np.int64] | np.int64) -> DoubleDouble:
-        """This times 2**exponent, exactly."""
-        return DoubleDouble(np.ldexp(self.hi, exponent), np.ldexp(self.lo, exponent))
+    def scaled(self, power: Part) -> DoubleDouble:
+        """This times a power of two, exactly."""
+        if self.is_constant(0.0):
+            return self
+        return DoubleDouble(self.hi * power, self.lo if _is_nothing(self.lo) else self.lo * power)
 
     def take(self, index: NDArray[np.int64] | slice | int) -> DoubleDouble:
         """The lanes at `index`; scalars hold for all."""

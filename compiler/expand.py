@@ -242,7 +242,7 @@ class _Maker:
 
 
 def _extend(column: array[int], values: Integers) -> None:
-    column.frombytes(np.ascontiguousarray(values, dtype=np.int64).tobytes())
+    column.frombytes(np.ascontiguousarray(values, dtype=np.int64).view(np.uint8).data)
 
 
 def _tiled(column: array[int], count: int) -> Integers:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from compiler.affine import IDENTITY, STILL, Affine, Placement, scatter_placements
 from compiler.angles import sin_cos
 from compiler.double_double import ONE, ZERO, DoubleDouble, FloatArray, Part
-from compiler.vectors import cross, dot, exponent, scaled, unit
+from compiler.vectors import cross, dot, leveled, leveling, unit
 from dsl.scene import Step, StepKind
 
 Matrix3 = list[list[DoubleDouble]]
@@ -146,7 +146,7 @@ def _rigid(linear: Matrix3) -> Placement:
 
 def _reflect(values: list[Part]) -> Placement:
     """Householder: I - 2 n nᵀ / n·n."""
-    n = scaled(_exact(values))
+    n = leveled(_exact(values))
     square = dot(n, n)
     identity = IDENTITY.linear
     linear = [[identity[i][j] - _TWO * (n[i] * n[j]) / square for j in range(3)] for i in range(3)]
@@ -170,20 +170,16 @@ def _matrix(values: list[Part]) -> Placement:
 def with_inverse(linear: Matrix3, translation: Sequence[DoubleDouble]) -> Placement:
     """A general map and its inverse by adjugate and determinant.
 
-    Rows, then columns, are first scaled by powers of two to entries near 1, so that neither
-    1e150 nor 1e-150 leaves the range of float64 in a product of three.
+    Rows, then columns, are first scaled by powers of two to entries near 1, A = R B C, so that
+    neither 1e150 nor 1e-150 leaves the range of float64 in a product of three.
     """
-    row_scale = [exponent(row) for row in linear]
-    pairs = zip(linear, row_scale, strict=True)
-    rows = [[e.times_power_of_two(-s) for e in row] for row, s in pairs]
-    columns = list(zip(*rows, strict=True))
-    column_scale = [exponent(column) for column in columns]
-    balanced = [
-        [e.times_power_of_two(-s) for e, s in zip(row, column_scale, strict=True)] for row in rows
-    ]
+    by_row = [leveling(row) for row in linear]
+    rows = [[e.scaled(r) for e in row] for row, r in zip(linear, by_row, strict=True)]
+    by_column = [leveling(column) for column in zip(*rows, strict=True)]
+    balanced = [[e.scaled(c) for e, c in zip(row, by_column, strict=True)] for row in rows]
     inverse = [
-        [e.times_power_of_two(-r - c) for e, r in zip(row, row_scale, strict=True)]
-        for row, c in zip(_inverse(balanced), column_scale, strict=True)
+        [e.scaled(r).scaled(c) for e, r in zip(row, by_row, strict=True)]
+        for row, c in zip(_inverse(balanced), by_column, strict=True)
     ]
     back = [-dot(row, translation) for row in inverse]
     return Placement(Affine.of(linear, translation), Affine.of(inverse, back))

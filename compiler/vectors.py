@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from compiler.double_double import DoubleDouble, Part
 
@@ -26,28 +25,33 @@ def cross(a: Sequence[DoubleDouble], b: Sequence[DoubleDouble]) -> Vector3:
     )
 
 
-def exponent(entries: Sequence[DoubleDouble]) -> NDArray[np.int64] | np.int64:
-    """The power of two that exceeds the largest entry; 0 where all are 0."""
+def leveling(entries: Sequence[DoubleDouble]) -> Part:
+    """The power of two that brings the largest entry to [1/2, 1), or nearest to it.
+
+    Between 2^-1000 and 2^1000, so that its inverse is a power of two as well.
+    """
     largest: Part = np.float64(0.0)
     for entry in entries:
         largest = np.maximum(largest, np.abs(entry.hi))
-    return np.frexp(largest)[1].astype(np.int64)
+    exponent = np.clip(np.frexp(largest)[1], -1000, 1000)
+    power: Part = np.ldexp(np.float64(1.0), -exponent)
+    return power
 
 
-def scaled(v: Sequence[DoubleDouble]) -> Vector3:
-    """`v` times the power of two that brings its largest entry to [1/2, 1): its direction."""
-    x, y, z = (entry.times_power_of_two(-exponent(v)) for entry in v)
-    return x, y, z
+def leveled(v: Sequence[DoubleDouble]) -> Vector3:
+    """The direction of `v`, of a length whose square neither over- nor underflows."""
+    power = leveling(v)
+    return v[0].scaled(power), v[1].scaled(power), v[2].scaled(power)
 
 
 def length(v: Sequence[DoubleDouble]) -> DoubleDouble:
     """The length |v|, over the whole range of float64; NaN for the zero vector."""
-    v0 = scaled(v)
-    return dot(v0, v0).sqrt().times_power_of_two(exponent(v))
+    v0 = leveled(v)
+    return dot(v0, v0).sqrt().scaled(1.0 / leveling(v))
 
 
 def unit(v: Sequence[DoubleDouble]) -> Vector3:
     """The direction v / |v|; NaN for the zero vector."""
-    v0 = scaled(v)
+    v0 = leveled(v)
     norm = dot(v0, v0).sqrt()
     return v0[0] / norm, v0[1] / norm, v0[2] / norm

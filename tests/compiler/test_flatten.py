@@ -13,7 +13,7 @@ from compiler import expand
 from compiler.affine import Affine
 from compiler.flatten import Flattened, flatten
 from compiler.ir import COLUMNS, SceneIR, leaf_counts
-from compiler.provenance import object_path
+from compiler.provenance import object_path, source_place
 from compiler.transforms import compose
 from compiler.validate import validate
 from dsl.diagnostics import Diagnostic
@@ -27,6 +27,7 @@ from dsl.scene import (
     Material,
     Mesh,
     Node,
+    Origin,
     PointLight,
     SceneGraph,
     Settings,
@@ -38,8 +39,10 @@ from dsl.scene import (
     Sun,
     Transform,
 )
+from dsl.spans import PrimPlace, Span
 from tests.compiler.graphs import (
     MATERIALS,
+    SOURCE,
     ball,
     graphs,
     leaves,
@@ -382,3 +385,28 @@ def test_every_material_of_the_tests_is_distinct() -> None:
     root = Group(tuple(Bind(ball(), m) for m in MATERIALS))
     assert len(flat(root).materials) == len(MATERIALS)
     assert Shape(ShapeKind.SPHERE, (1.0,)) != Shape(ShapeKind.SPHERE, (1.0,))
+
+
+def test_point_instancers_come_last_in_a_path_innermost_first() -> None:
+    def prim(path: str, point: bool = False) -> Origin:
+        return Origin(PrimPlace("stage.usda", path), path, point=point)
+
+    shifts = Transform((Step(StepKind.TRANSLATE, np.zeros((3, 3))),))
+    leaf = Shape(ShapeKind.SPHERE, (1.0,), prim("/Tree/leaf"))
+    inner = Instances(leaf, shifts, origin=prim("/Tree/Leaves", point=True))
+    outer = Instances(inner, shifts, origin=prim("/Trees", point=True))
+    ir = flat(Group((outer,), prim("/Car")))
+    assert object_path(ir, 5) == "/Car/Tree/leaf@/Car/Tree/Leaves[2]@/Car/Trees[1]"
+    assert source_place(ir, 5, {}) == PrimPlace("stage.usda", "/Tree/leaf")
+
+
+def test_places_are_those_of_the_innermost_name() -> None:
+    nameless = Shape(ShapeKind.SPHERE, (1.0,), origin("", start=42))
+    items = placed(nameless, label="b"), nameless, Shape(ShapeKind.SPHERE, (1.0,))
+    ir = flat(Group(items))
+    assert source_place(ir, 0, {SOURCE.name: SOURCE.text}) == Span(SOURCE, 0, 1)
+    assert source_place(ir, 1, {SOURCE.name: SOURCE.text}) == Span(SOURCE, 42, 43)
+    assert source_place(ir, 2, {}) is None
+    assert [object_path(ir, i) for i in range(3)] == ["b", "", ""]
+    with pytest.raises(IndexError, match="there is no instance 3"):
+        object_path(ir, 3)

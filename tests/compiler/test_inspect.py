@@ -87,5 +87,5 @@ def test_the_summary_counts() -> None:
     assert summary.prototypes == {"sphere": 2, "mesh": 1}
     assert summary.lights == {"sun": 1, "sky": 1}
     assert (summary.mesh_points, summary.mesh_triangles, summary.cameras) == (3, 1, 1)
-    assert summary.bounds == ((-2, -2, -2), (2, 2, 2))
+    assert summary.bounds == ((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0))
     assert summarize(flat(Group(()))).instance_bytes == 0
