@@ -19,15 +19,15 @@ class Limits:
     diagnostics: int = 50
     """Faults that are reported; the run ends there."""
     steps: int = 20_000_000
-    """Expressions evaluated."""
+    """Expressions evaluated, iterations begun, items copied; a fault counts as 500."""
     call_depth: int = 1_000
     """Functions called within one another."""
     iterations: int = 2_000_000
     """Iterations of one loop."""
-    nodes: int = 4_000_000
+    nodes: int = 2_000_000
     """Nodes of the scene graph made."""
     list_length: int = 1_000_000
-    """Items of one list."""
+    """Items of one list, or maps of one transform."""
     string_length: int = 100_000
     """Characters of one string."""
     files: int = 256

@@ -35,11 +35,14 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
                 assert isinstance(transform, scene.Transform)
                 steps = [] if steps is None else steps
                 steps += transform.steps
+                run.spend(len(transform.steps), node.span)
                 continue
             value, steps = _placed(run, value, steps, node.span), None
             value = suffix_call(value, suffix, given, site)
             if isinstance(value, scene.Node):
                 run.made(value, node.span)
+            elif isinstance(value, scene.Transform):
+                run.check_length(len(value.steps), node.span)
             continue
         value, steps = _placed(run, value, steps, node.span), None
         match suffix:

@@ -108,8 +108,9 @@ class _Lexer:
         return index if self.offsets is None else self.offsets[index]
 
     def fault(self, code: str, message: str, start: int, end: int, help: str | None = None) -> None:
-        span = Span(self.source, self.byte(start), self.byte(end))
-        self.diagnostics.append(diagnostic(code, message, span, help=help))
+        if len(self.diagnostics) <= self.limits.diagnostics:
+            span = Span(self.source, self.byte(start), self.byte(end))
+            self.diagnostics.append(diagnostic(code, message, span, help=help))
 
     def add(self, kind: str, start: int, end: int, value: TokenValue = None) -> None:
         if self.newline is not None:

@@ -184,9 +184,10 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
 
 
 def _broken_triangle(p: dict[str, float]) -> Broken | None:
-    u, v = ([p[f"{q}{axis}"] - p[f"a{axis}"] for axis in "xyz"] for q in "bc")
+    # Halved, the differences cannot overflow.
+    u, v = ([0.5 * p[f"{q}{axis}"] - 0.5 * p[f"a{axis}"] for axis in "xyz"] for q in "bc")
     size = max(map(abs, u + v))
-    if size > 0.0 and math.isfinite(size):
+    if size > 0.0:
         u, v = [c / size for c in u], [c / size for c in v]
         normal = (
             u[1] * v[2] - u[2] * v[1],

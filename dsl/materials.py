@@ -5,6 +5,7 @@ The parameters are those of UsdPreviewSurface; the shorthands set several of the
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from typing import Any
 
@@ -86,6 +87,8 @@ def _glass(site: Site, color: _Rgb, ior: float, roughness: float, opacity: float
 def _glow(site: Site, color: _Rgb, strength: float) -> Material:
     check_range(site, "strength", strength, 0.0, None)
     red, green, blue = (strength * component for component in color)
+    if math.isinf(max(red, green, blue)):
+        raise site.fault("value-not-finite", "the glow is too bright for a number")
     return _checked(
         site,
         emission=(red, green, blue),

@@ -55,7 +55,7 @@ def _defined(site: Site, condition: bool, message: str, parameter: str) -> None:
 def _finite(site: Site, compute: Callable[[], float]) -> float:
     try:
         result = compute()
-    except OverflowError:
+    except (OverflowError, ValueError):  # fsum raises ValueError for inf - inf
         result = math.inf
     if not math.isfinite(result):
         raise site.fault("value-not-finite", f"the result of `{site.name}` is too large")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import accumulate
 from typing import Any
 
@@ -12,6 +12,9 @@ from dsl.spans import Place, PrimPlace, Source, Span
 
 JSON_VERSION = 1
 """Version of the shape that `to_json` gives; a change that breaks readers raises it."""
+
+_Paint = Callable[[str, str], str]
+"""Gives a text a colour."""
 
 _WINDOW = 100
 """Columns of a source line that are shown; longer lines are cut around the marked place."""
@@ -37,7 +40,9 @@ def render_diagnostic(found: Diagnostic, color: bool = False) -> str:
         paint(f"{found.severity}[{found.code}]", tint) + paint(f": {_clean(found.message)}", _BOLD)
     ]
     files = _by_file(found)
-    rows = [_Line(label.place) for labels in files for label in labels if _in_text(label)]
+    rows = [
+        _Line(label.place) for labels in files for label in labels if isinstance(label.place, Span)
+    ]
     gutter = " " * len(str(max((row.number for row in rows), default=0)))
     bar = f"{gutter} {paint('|', _BLUE)}"
     for position, labels in enumerate(files):
@@ -115,15 +120,10 @@ def _place_name(place: Place) -> str:
     return f"{place.source.name}:{line}:{column}"
 
 
-def _in_text(label: Label) -> bool:
-    return isinstance(label.place, Span)
-
-
 class _Line:
     """The first line of a span: its number, and its text before, in and after the span."""
 
-    def __init__(self, span: Place) -> None:
-        assert isinstance(span, Span)
+    def __init__(self, span: Span) -> None:
         data = span.source.encoded()
         start, end = min(span.start, len(data)), min(span.end, len(data))
         head = data[:start].decode(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
@@ -141,13 +141,13 @@ def _excerpt(
     gutter: str,
     bar: str,
     tint: str,
-    paint: Any,
+    paint: _Paint,
 ) -> list[str]:
     """The lines of one file with their labels underlined."""
-    if not _in_text(labels[0]):
-        return [f" = note: {_clean(label.text)}" for label in labels if label.text]
+    if isinstance(labels[0].place, PrimPlace):
+        return [f"{gutter} = note: {_clean(label.text)}" for label in labels if label.text]
     placed = sorted(
-        ((_Line(label.place), label) for label in labels),
+        ((_Line(label.place), label) for label in labels if isinstance(label.place, Span)),
         key=lambda pair: (pair[0].number, pair[1] is not primary, len(pair[0].before)),
     )
     lines = [bar]
@@ -226,7 +226,7 @@ def _clean(text: str) -> str:
     return "".join(" " if c in "\n\r\t" else _symbol(c) for c in text)
 
 
-def _painter(color: bool) -> Any:
+def _painter(color: bool) -> _Paint:
     if not color:
         return lambda text, hue: text
     return lambda text, hue: f"{hue}{text}{_RESET}"

@@ -42,28 +42,33 @@ class _Frame:
     later: dict[str, tuple[Span, str]] = field(default_factory=dict)
 
 
-def resolve(module: ast.Module, builtins: dict[str, Binding]) -> Resolution:
-    """Resolve all names of a module; names that fail are reported once per place."""
-    resolver = _Resolver()
+def resolve(module: ast.Module, builtins: dict[str, Binding], limit: int) -> Resolution:
+    """Resolve all names of a module; after `limit` faults, and one more, the rest are silent."""
+    resolver = _Resolver(limit)
     resolver.block(module.body, _Frame(None, dict(builtins)))
     return resolver.result
 
 
 class _Resolver:
-    def __init__(self) -> None:
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
         self.result = Resolution()
+
+    def report(
+        self, code: str, message: str, span: Span, help: str | None, *secondary: Label
+    ) -> None:
+        found = diagnostic(code, message, span, help=help, secondary=secondary)
+        self.result.diagnostics.append(found)
 
     def define(self, node: object, name: str, span: Span, frame: _Frame) -> None:
         previous = frame.names.get(name)
         if previous is not None and previous.span is not None:
-            self.result.diagnostics.append(
-                diagnostic(
-                    "name-duplicate",
-                    f"`{name}` is defined twice here",
-                    span,
-                    help="choose another name",
-                    secondary=(Label(previous.span, "first defined here"),),
-                )
+            self.report(
+                "name-duplicate",
+                f"`{name}` is defined twice here",
+                span,
+                "choose another name",
+                Label(previous.span, "first defined here"),
             )
         binding = self.result.definitions.setdefault(node, Binding(name, span))
         frame.names[name] = binding
@@ -81,20 +86,14 @@ class _Resolver:
             later = later or scope.later.get(node.name)
             known.update(scope.names)
             scope = scope.parent
-        help = did_you_mean(node.name, known)
-        secondary: tuple[Label, ...] = ()
-        if later is not None:
+        if len(self.result.diagnostics) > self.limit:
+            return
+        message = f"nothing here is named `{node.name}`"
+        if later is None:
+            self.report("name-unknown", message, node.span, did_you_mean(node.name, known))
+        else:
             place, help = later
-            secondary = (Label(place, "defined only here"),)
-        self.result.diagnostics.append(
-            diagnostic(
-                "name-unknown",
-                f"nothing here is named `{node.name}`",
-                node.span,
-                help=help,
-                secondary=secondary,
-            )
-        )
+            self.report("name-unknown", message, node.span, help, Label(place, "defined only here"))
 
     def block(self, block: ast.Block, parent: _Frame) -> None:
         frame = _Frame(parent)

@@ -42,6 +42,10 @@ Context = Label | tuple[ast.For, tuple[Value, ...]]
 _NodeOfScene = TypeVar("_NodeOfScene", bound=scene.Node)
 
 
+_FAULT_STEPS = 500
+"""What a fault costs, in steps: its message and the search for a like name take about as long."""
+
+
 class Run:
     """The state of one evaluation; `faulty` says that it gives no scene."""
 
@@ -88,11 +92,7 @@ class Run:
                 continue
             self._steps += 1
             if self._steps > self.limits.steps:
-                self.exhaust(
-                    "limit-steps",
-                    f"the program takes more than {self.limits.steps} steps",
-                    expression.span,
-                )
+                self.spend(0, expression.span)
             try:
                 value = self.handlers[type(expression)](self, expression, scope)
             except (Fault, Poisoned) as fault:
@@ -101,11 +101,19 @@ class Run:
                 stack.append(value)
                 value = None
 
+    def spend(self, steps: int, span: Span) -> None:
+        """Count steps beyond the one of each expression: a loop's iterations, a copy's items."""
+        self._steps += steps
+        if self._steps > self.limits.steps:
+            message = f"the program takes more than {self.limits.steps} steps"
+            self.exhaust("limit-steps", message, span)
+
     def record(self, fault: Fault | Poisoned) -> None:
         """Keep a fault, once per code and place, with the calls and loops around it."""
         self.faulty = True
         if isinstance(fault, Poisoned):
             return
+        self.spend(_FAULT_STEPS, fault.span)
         found = fault.diagnostic
         key = (found.code, fault.span)
         if key not in self._reported:
@@ -133,7 +141,8 @@ class Run:
         return node
 
     def check_length(self, length: int, span: Span) -> None:
-        """End the run if a list or a chain of transforms has become too long."""
+        """Count the making of a list, or of a chain of maps, and end the run if it is too long."""
+        self.spend(length, span)
         if length > self.limits.list_length:
             message = f"a list of {length} items, more than {self.limits.list_length}"
             self.exhaust("limit-list-length", message, span)

@@ -38,7 +38,7 @@ from dsl.values import (
 def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     """The value of a file; `scope` receives its top-level names."""
     run.sources[module.source.name] = module.source.text
-    resolution = resolve(module, BUILTINS)
+    resolution = resolve(module, BUILTINS, run.limits.diagnostics)
     run.uses.update(resolution.uses)
     run.definitions.update(resolution.definitions)
     run.report(*resolution.diagnostics)
@@ -64,12 +64,14 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
     if total > run.limits.iterations:
         raise Fault(
             "limit-iterations",
-            f"a loop of {float(total):.7g} iterations, more than {run.limits.iterations}",
+            f"a loop of {float(min(total, 10**300)):.7g} iterations, more than "
+            f"{run.limits.iterations}",
             node.variables[0].span,
         )
+    run.spend(total, node.span)
     bindings = [run.definitions[variable] for variable in node.variables]
     rows: list[list[Value]] = []
-    for index, raw in enumerate(product(*ranges)):
+    for index, raw in enumerate(product(*ranges) if total else ()):
         values = tuple(float(v) if isinstance(v, int) else v for v in raw)
         variables = Scope(scope, None, dict(zip(bindings, values, strict=True)))
         run.context.append((node, values))

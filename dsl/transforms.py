@@ -69,12 +69,12 @@ def _matrix(site: Site, numbers: tuple[float, ...]) -> Transform:
 
 def look_at(site: Site, origin: Vector, at: Vector, up: Vector) -> Transform:
     """The rigid map that puts an object at `origin`, its -z towards `at` and its y near `up`."""
-    view = np.subtract(at, origin)
+    # Halved, the difference cannot overflow.
+    view = np.multiply(at, 0.5) - np.multiply(origin, 0.5)
     if not view.any():
         raise site.fault("value-degenerate", "`at` is the same point as `from`", "at")
     _check_direction(site, "up", up)
-    up_unit = np.asarray(up) / np.max(np.abs(up))
-    if not np.cross(view / np.max(np.abs(view)), up_unit).any():
+    if not np.cross(view / np.max(np.abs(view)), np.divide(up, np.max(np.abs(up)))).any():
         raise site.fault(
             "value-degenerate",
             "`up` is parallel to the direction of view",

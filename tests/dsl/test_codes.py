@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from dataclasses import asdict
 from pathlib import Path
 
+from dsl.budget import DEFAULT_LIMITS
 from dsl.codes import CODES
 
 ROOT = Path(__file__).parent.parent.parent
@@ -20,6 +22,16 @@ def test_every_code_is_used_and_every_used_code_is_listed() -> None:
                 named.update(NAMED.findall(path.read_text()))
     assert named - set(CODES) == set()
     assert set(CODES) - named == set()
+
+
+def test_the_reference_lists_the_codes_and_limits() -> None:
+    text = (ROOT / "dsl" / "reference" / "diagnostics.md").read_text()
+    for name, code in CODES.items():
+        if name.startswith(("syntax-", "name-", "type-", "value-", "file-", "limit-")):
+            assert f"| `{name}` | {code.summary} |\n" in text
+    text = (ROOT / "dsl" / "reference" / "limits.md").read_text()
+    for name, limit in asdict(DEFAULT_LIMITS).items():
+        assert f"| `{name}` | {limit} |" in text
 
 
 def test_summaries_are_one_line_without_a_full_stop() -> None:

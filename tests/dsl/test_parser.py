@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from dsl import ast
 from dsl.diagnostics import Diagnostic
+from dsl.evaluate import evaluate
+from dsl.files import Files
 from dsl.parser import parse
 from dsl.render_diagnostic import render_diagnostics, to_json
 from dsl.spans import Source, Span
@@ -161,6 +163,16 @@ def test_newlines_of_every_system(newline: str) -> None:
 def test_depth_is_no_recursion(text: str, codes: list[str]) -> None:
     _, diagnostics = parse(Source("deep.ovo", text))
     assert [found.code for found in diagnostics] == codes
+
+
+def test_the_deepest_tree_is_within_the_machine_s_recursion() -> None:
+    level = "a or b and c == d .. e + f * g({ if h { "
+    _, diagnostics = parse(Source("deep.ovo", "let a = " + level * 100))
+    assert [found.code for found in diagnostics] == ["limit-nesting"]
+    deepest = "let a = " + "true or true and 1 == 1 .. 1 + 1 * count([" * 30 + "])" * 30
+    module, diagnostics = parse(Source("deep.ovo", deepest))
+    assert not diagnostics
+    evaluate(module, Files())
 
 
 @settings(max_examples=20)

@@ -39,7 +39,7 @@ def test_the_form() -> None:
 
 def test_a_prim_of_a_stage() -> None:
     text = render_diagnostic(found(PrimPlace("stage.usda", "/World/Prim")))
-    assert text == "error[name-unknown]: nothing\n --> stage.usda:/World/Prim\n = note: here\n"
+    assert text == "error[name-unknown]: nothing\n --> stage.usda:/World/Prim\n  = note: here\n"
 
 
 def test_no_place() -> None:
