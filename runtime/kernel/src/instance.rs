@@ -16,7 +16,7 @@
 //! o' in the object's normalised space, and d' times a power of two that brings its largest
 //! component into [1, 2). Powers of two are exact, so t' maps back exactly.
 use crate::bvh::NormalSpace;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes, each};
 use crate::scene::{Affine, Anchor};
 
 /// Rays in f64 on their way through levels of instancing: the world's ray parameter is
@@ -57,7 +57,7 @@ fn two_diff<L: Lanes>(a: L, b: L) -> (L, L) {
 /// The linear part of a matrix applied to a vector.
 #[inline(always)]
 fn linear<L: Lanes<Scalar = f64>>(matrix: &Affine, v: [L; 3]) -> [L; 3] {
-    std::array::from_fn(|row| {
+    axes!(|row| {
         let [x, y, z, _] = matrix[row];
         dot([L::splat(x), L::splat(y), L::splat(z)], v)
     })
@@ -68,16 +68,14 @@ impl Entrance<'_> {
     #[inline(always)]
     fn enter<L: Lanes<Scalar = f64>>(&self, rays: &LevelRays<L>) -> ([L; 3], [L; 3], L) {
         let differences: [(L, L); 3] =
-            std::array::from_fn(|i| two_diff(rays.origin[i], L::splat(self.translation[i])));
-        let relative = differences.map(|(high, _)| high);
-        let low: [L; 3] = std::array::from_fn(|i| {
-            differences[i].1 - L::splat(f64::from(self.translation_low[i]))
-        });
+            axes!(|i| two_diff(rays.origin[i], L::splat(self.translation[i])));
+        let relative = each!(differences, |(high, _)| high);
+        let low: [L; 3] =
+            axes!(|i| differences[i].1 - L::splat(f64::from(self.translation_low[i])));
         let origin = linear(self.object_from_world, relative);
         let direction = linear(self.object_from_world, rays.direction);
         let slide = self.anchor.slide(origin, direction);
-        let slid: [L; 3] =
-            std::array::from_fn(|i| slide.mul_add(rays.direction[i], relative[i]) + low[i]);
+        let slid: [L; 3] = axes!(|i| slide.mul_add(rays.direction[i], relative[i]) + low[i]);
         (linear(self.object_from_world, slid), direction, slide)
     }
 
@@ -92,7 +90,7 @@ impl Entrance<'_> {
         let scale = L::splat(space.scale);
         let unscale = L::splat(1.0 / space.scale);
         LevelRays {
-            origin: std::array::from_fn(|i| (origin[i] - L::splat(space.center[i])) * scale),
+            origin: axes!(|i| (origin[i] - L::splat(space.center[i])) * scale),
             direction,
             start: slide.mul_add(rays.rate, rays.start),
             rate: rays.rate * unscale,
@@ -116,12 +114,8 @@ impl Anchor {
             let slide = -(origin[1] / direction[1]);
             return L::select(slide.abs().lt(L::splat(f64::INFINITY)), slide, L::zero());
         }
-        let center = self.center.map(L::splat);
-        slide_to_center(
-            std::array::from_fn(|i| origin[i] - center[i]),
-            direction,
-            self.reach,
-        )
+        let center = each!(self.center, |x| L::splat(x));
+        slide_to_center(axes!(|i| origin[i] - center[i]), direction, self.reach)
     }
 }
 
@@ -137,11 +131,11 @@ impl<L: Lanes<Scalar = f64>> LevelRays<L> {
     /// The same rays with directions scaled by powers of two, the largest component in [1, 2).
     #[inline(always)]
     pub fn with_unit_direction(self) -> LevelRays<L> {
-        let [x, y, z] = self.direction.map(L::abs);
+        let [x, y, z] = each!(self.direction, |d| d.abs());
         let largest = x.max(y).max(z);
         let unit = largest.unit_scale();
         LevelRays {
-            direction: self.direction.map(|d| d * unit),
+            direction: each!(self.direction, |d| d * unit),
             rate: self.rate * unit,
             per_rate: self.per_rate * unit.unit_scale(),
             ..self
@@ -155,14 +149,13 @@ impl<L: Lanes<Scalar = f64>> LevelRays<L> {
         /// Content lies within √3 of the centre: origins up to twice as far may stay.
         const REACH: f64 = 12.0;
         let scale = L::splat(space.scale);
-        let differences: [(L, L); 3] = std::array::from_fn(|i| {
+        let differences: [(L, L); 3] = axes!(|i| {
             let (high, low) = two_diff(self.origin[i], L::splat(space.center[i]));
             (high * scale, low * scale)
         });
-        let origin = differences.map(|(high, _)| high);
+        let origin = each!(differences, |(high, _)| high);
         let slide = slide_to_center(origin, self.direction, REACH);
-        let slid =
-            std::array::from_fn(|i| slide.mul_add(self.direction[i], origin[i]) + differences[i].1);
+        let slid = axes!(|i| slide.mul_add(self.direction[i], origin[i]) + differences[i].1);
         (slid, slide)
     }
 }

@@ -19,7 +19,7 @@
 //! Components of d below 2⁻⁹⁶ are raised to it: τ ≤ 5/max|d|, so that moves the ray by less than
 //! the bound unless max|d| < 2⁻⁷⁴, and no inverse is infinite, so no product is NaN for
 //! finite rays. Rays that are not finite give NaN, which no comparison lets in.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes};
 
 /// A ray, or a ray in every lane, made ready for boxes.
 #[derive(Clone, Copy)]
@@ -40,12 +40,12 @@ impl<L: Lanes<Scalar = f32>> NodeRay<L> {
         let one = L::splat(1.0);
         let margin = L::splat(MARGIN);
         let least = L::splat(LEAST_DIRECTION);
-        let inverse: [L; 3] = std::array::from_fn(|i| one / least.max(d[i].abs()).copy_sign(d[i]));
-        let widening: [L; 3] = std::array::from_fn(|i| margin * inverse[i].abs());
+        let inverse: [L; 3] = axes!(|i| one / least.max(d[i].abs()).copy_sign(d[i]));
+        let widening: [L; 3] = axes!(|i| margin * inverse[i].abs());
         NodeRay {
             inverse,
-            near: std::array::from_fn(|i| -(o[i].mul_add(inverse[i], widening[i]))),
-            far: std::array::from_fn(|i| o[i].neg_mul_add(inverse[i], widening[i])),
+            near: axes!(|i| -(o[i].mul_add(inverse[i], widening[i]))),
+            far: axes!(|i| o[i].neg_mul_add(inverse[i], widening[i])),
         }
     }
 
@@ -53,9 +53,8 @@ impl<L: Lanes<Scalar = f32>> NodeRay<L> {
     /// first: x, y, z where it enters, x, y, z where it leaves. Empty if entry > exit.
     #[inline(always)]
     pub fn interval(&self, entry: [L; 3], exit: [L; 3], after: L, before: L) -> (L, L) {
-        let enter: [L; 3] =
-            std::array::from_fn(|i| entry[i].mul_add(self.inverse[i], self.near[i]));
-        let leave: [L; 3] = std::array::from_fn(|i| exit[i].mul_add(self.inverse[i], self.far[i]));
+        let enter: [L; 3] = axes!(|i| entry[i].mul_add(self.inverse[i], self.near[i]));
+        let leave: [L; 3] = axes!(|i| exit[i].mul_add(self.inverse[i], self.far[i]));
         (
             enter[0].max(enter[1]).max(enter[2].max(after)),
             leave[0].min(leave[1]).min(leave[2].min(before)),
@@ -65,6 +64,6 @@ impl<L: Lanes<Scalar = f32>> NodeRay<L> {
     /// The lanes whose direction decreases along each axis: they enter through upper planes.
     #[inline(always)]
     pub fn descending(&self) -> [L::Mask; 3] {
-        std::array::from_fn(|i| self.inverse[i].lt(L::zero()))
+        axes!(|i| self.inverse[i].lt(L::zero()))
     }
 }

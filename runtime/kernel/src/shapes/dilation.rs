@@ -8,7 +8,7 @@
 //! is the entry of the reversed ray.
 //!
 //! Each step is as exact as δ. A grazing ray halves its distance to the tangent point with each step.
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
 use super::ray_lanes::{RayLanes, Span};
@@ -38,7 +38,7 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
     let zero = L::zero();
     let b = L::splat(solid.bevel());
     let noise = L::splat(F::from_f64(8.0 * F::EPS.to_f64()));
-    let start = [0, 1, 2].map(|i| plain.near.mul_add(d[i], o[i]));
+    let start = axes!(|i| plain.near.mul_add(d[i], o[i]));
     let length = plain.far - plain.near;
     let mut t = zero;
     let mut running = active;
@@ -46,7 +46,7 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
     // No step may be longer than the one before: a root so flat is as good as met.
     let mut last = zero;
     for _ in 0..STEPS {
-        let p = [0, 1, 2].map(|i| t.mul_add(d[i], start[i]));
+        let p = axes!(|i| t.mul_add(d[i], start[i]));
         let (distance, slope) = solid.distance(p, d);
         let height = distance - b;
         let falling = slope.lt(zero);

@@ -2,7 +2,7 @@
 //!
 //! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i − high_i or p_i − low_i,
 //! else 0. δ = |e|, δ' = e·d/|e|.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::dilation::{self, Dilated};
@@ -33,7 +33,7 @@ impl<F: Scalar> BevelledBox<F> {
     #[inline(always)]
     fn offset<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> [L; 3] {
         let zero = L::zero();
-        [0, 1, 2].map(|i| {
+        axes!(|i| {
             let (low, high) = (L::splat(self.low[i]), L::splat(self.high[i]));
             (p[i] - high).max(zero) + (p[i] - low).min(zero)
         })
@@ -75,7 +75,7 @@ impl BevelledBox<f64> {
         }
         let normal = e.map(|x| x / distance);
         (
-            [0, 1, 2].map(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
+            axes!(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
             normal,
         )
     }

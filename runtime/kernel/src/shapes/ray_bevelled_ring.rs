@@ -3,7 +3,7 @@
 //! Its cells are bordered by ρ = Ri, ρ = Ro, y = l, y = h: between the radii the caps, y = y0 and y1; between the
 //! levels the walls, ρ = r0 and r1; beyond both a tube about each of the core's four circles. The rims of the bore are
 //! rounded too: they are convex edges.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes, halves};
 use crate::scalar::Scalar;
 
 use super::cell_walk::{Cell, Cells, first_crossing};
@@ -102,7 +102,7 @@ impl<F: Scalar> Cells<F> for BevelledRing<F> {
     fn cell<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> Cell<L> {
         let zero = L::zero();
         let square = p[0].mul_add(p[0], p[2] * p[2]);
-        let [inner, outer] = self.core.map(|r| L::splat(r) * L::splat(r));
+        let [inner, outer] = halves!(|i| L::splat(self.core[i]) * L::splat(self.core[i]));
         let between = inner.le(square) & square.le(outer);
         let arc = self.arc(p, d, square.lt(inner));
         let up = self.up(p[1]);
@@ -110,7 +110,7 @@ impl<F: Scalar> Cells<F> for BevelledRing<F> {
         Cell {
             offset: [0, 1, 2]
                 .map(|i| L::select(between, if i == 1 { up } else { zero }, arc.offset[i])),
-            rate: [0, 1, 2].map(|i| {
+            rate: axes!(|i| {
                 let rate = if i == 1 {
                     L::select(up.eq(zero), zero, d[1])
                 } else {

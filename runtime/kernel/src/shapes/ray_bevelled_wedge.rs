@@ -14,7 +14,7 @@
 //!
 //! The inner wall vanishes at the limit of validity, 2α = Φ; it is left out then, since a sector
 //! without width would let the opposite azimuth in.
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::{Lanes, Mask, axes, halves};
 use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
@@ -71,7 +71,8 @@ impl<F: Scalar> BevelledWedge<F> {
     /// A vector in the frame of side 0, or of side 1.
     #[inline(always)]
     fn in_side<L: Lanes<Scalar = F>>(&self, p: [L; 3], second: L::Mask) -> SideFrame<L> {
-        let [[sin0, cos0], [sin1, cos1]] = self.sector.ends.map(|end| end.map(L::splat));
+        let [[sin0, cos0], [sin1, cos1]] =
+            halves!(|i| halves!(|j| L::splat(self.sector.ends[i][j])));
         let (sin, cos) = (L::select(second, sin1, sin0), L::select(second, cos1, cos0));
         let q = difference_of_products(p[0], cos, p[2], sin);
         SideFrame {
@@ -160,7 +161,7 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
 
         let on_arc = self.ring.arc(p, d, inner_arc);
         let pick = |on_arc: [L; 3], on_core: [L; 3], on_side: [L; 3]| {
-            [0, 1, 2].map(|i| L::select(arc, on_arc[i], L::select(core, on_core[i], on_side[i])))
+            axes!(|i| L::select(arc, on_arc[i], L::select(core, on_core[i], on_side[i])))
         };
         Cell {
             offset: pick(on_arc.offset, [zero, up, zero], side_offset),
@@ -207,6 +208,6 @@ impl BevelledWedge<f64> {
         let e = [along * sin + deep * cos, up, along * cos - deep * sin];
         let normal = e.map(|x| x / distance);
         let b = self.ring.bevel();
-        ([0, 1, 2].map(|i| b.mul_add(normal[i], p[i] - e[i])), normal)
+        (axes!(|i| b.mul_add(normal[i], p[i] - e[i])), normal)
     }
 }

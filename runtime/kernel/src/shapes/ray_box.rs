@@ -2,7 +2,7 @@
 //!
 //! The ends are (face − o)/d, not (face − o)·(1/d): within an ulp (Kay and Kajiya 1986; the
 //! divisions by zero of axis-parallel rays fall through as in Ize, JCGT 2(2) 2013).
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::ray_lanes::{Intersect, RayLanes, Span};
@@ -24,7 +24,7 @@ impl<F: Scalar> Cuboid<F> {
 
     #[inline(always)]
     pub(super) fn span<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
-        let [x, y, z] = [0, 1, 2].map(|i| {
+        let [x, y, z] = axes!(|i| {
             Span::slab(
                 ray.o[i],
                 ray.d[i],

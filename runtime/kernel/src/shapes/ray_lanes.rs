@@ -1,5 +1,5 @@
 //! Rays as the intersectors take them, and stretches of them.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
@@ -25,7 +25,7 @@ impl<L: Lanes> RayLanes<L> {
     /// The points at `t`.
     #[inline(always)]
     pub fn at(&self, t: L) -> [L; 3] {
-        [0, 1, 2].map(|i| t.mul_add(self.d[i], self.o[i]))
+        axes!(|i| t.mul_add(self.d[i], self.o[i]))
     }
 
     /// Whether t_min < t < t_max.
@@ -121,9 +121,9 @@ impl<L: Lanes> Span<L> {
     pub fn ball(o: [L; 3], d: [L; 3], r: L) -> Span<L> {
         let inverse = L::splat(L::Scalar::ONE) / dot(d, d);
         let first = -(dot(o, d) * inverse);
-        let l = [0, 1, 2].map(|i| first.mul_add(d[i], o[i]));
+        let l = axes!(|i| first.mul_add(d[i], o[i]));
         let second = -(dot(l, d) * inverse);
-        let l = [0, 1, 2].map(|i| second.mul_add(d[i], l[i]));
+        let l = axes!(|i| second.mul_add(d[i], l[i]));
         let half = (room(r, l) * inverse).sqrt();
         Span {
             near: first + (second - half),

@@ -14,7 +14,7 @@
 //!
 //! (Bracketing by inflections is Yuksel's, HPG 2022, there for polynomials; here it is done to the
 //! distance itself.) The cube root of the pieces' ends need not be exact.
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
@@ -55,7 +55,7 @@ impl<L: Lanes> Tube<L> {
     /// derivative is told where rounding would lose it: on the axis.
     #[inline(always)]
     fn value_and_slope(&self, t: L, piece: Piece) -> (L, L) {
-        let ([x, y, z], d) = ([0, 1, 2].map(|i| t.mul_add(self.d[i], self.o[i])), self.d);
+        let ([x, y, z], d) = (axes!(|i| t.mul_add(self.d[i], self.o[i])), self.d);
         let around = x.mul_add(x, z * z).sqrt();
         let across = around - self.major;
         let radial = x.mul_add(d[0], z * d[2]) / around;
@@ -208,7 +208,7 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
         let slide = -(dot(ray.o, d) * inverse);
         let o = ray.at(slide);
         let again = -(dot(o, d) * inverse);
-        let o = [0, 1, 2].map(|i| again.mul_add(d[i], o[i]));
+        let o = axes!(|i| again.mul_add(d[i], o[i]));
         let slide = slide + again;
 
         // What the torus is cut out of is wider than it, lest rounding put an end of the stretch inside.

@@ -8,7 +8,7 @@
 //! double where it is 0 in single; here each is a difference of products by Kahan's method
 //! (`dop.rs`), whose sign is right at once and which lanes can do in step. The corners of a shared edge
 //! round alike, so no ray slips between.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes, each};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot};
@@ -27,7 +27,7 @@ impl<L: Lanes> Shear<L> {
     /// For rays of these directions.
     #[inline(always)]
     pub fn new(d: [L; 3]) -> Shear<L> {
-        let [x, y, z] = d.map(|d| d.abs());
+        let [x, y, z] = each!(d, |d| d.abs());
         let along_x = x.ge(y) & x.ge(z);
         let along_y = y.ge(z) & !along_x;
         let [i, j, k] = Self::permuted(along_x, along_y, d);
@@ -70,8 +70,7 @@ pub fn intersect<L: Lanes>(
     corners: [[L; 3]; 3],
     active: L::Mask,
 ) -> (L::Mask, L) {
-    let [a, b, c] =
-        corners.map(|p| shear.apply([p[0] - ray.o[0], p[1] - ray.o[1], p[2] - ray.o[2]]));
+    let [a, b, c] = each!(corners, |p| shear.apply(axes!(|i| p[i] - ray.o[i])));
     let zero = L::zero();
     let u = difference_of_products(c[0], b[1], c[1], b[0]);
     let v = difference_of_products(a[0], c[1], a[1], c[0]);
@@ -87,17 +86,14 @@ pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = corners;
     let from_a = |q: [f64; 3]| [q[0] - a[0], q[1] - a[1], q[2] - a[2]];
     let (e, f) = (from_a(b), from_a(c));
-    let cross = [0, 1, 2].map(|i| {
+    let cross = axes!(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         difference_of_products(e[j], f[k], e[k], f[j])
     });
     let length = dot(cross, cross).sqrt();
     let normal = cross.map(|x| x / length);
     let height = dot(from_a(p), normal);
-    (
-        [0, 1, 2].map(|i| height.neg_mul_add(normal[i], p[i])),
-        normal,
-    )
+    (axes!(|i| height.neg_mul_add(normal[i], p[i])), normal)
 }
 
 /// One triangle.
@@ -120,7 +116,7 @@ impl<F: Scalar> Intersect<F> for Triangle<F> {
         intersect(
             ray,
             &Shear::new(ray.d),
-            self.corners.map(|p| p.map(L::splat)),
+            each!(self.corners, |p| each!(p, |x| L::splat(x))),
             active,
         )
     }

@@ -1,7 +1,7 @@
 //! r0 ≤ ρ ≤ r1, y0 ≤ y ≤ y1, φ0 ≤ φ ≤ φ1: a ring cut by a sector.
 //!
 //! Up to 180° the sector shortens the ring's outer stretch; beyond, its gap is one more hole.
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes, halves};
 use crate::scalar::Scalar;
 
 use super::ray_lanes::{Intersect, RayLanes};
@@ -38,7 +38,7 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 impl Wedge<f64> {
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let (outside, point, normal) = self.ring.nearest_face(p);
-        let [(_, q0), (_, q1)] = [0, 1].map(|side| self.sector.along_and_depth(side, p));
+        let [(_, q0), (_, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
         let (side, depth) = if (q0 < q1) != self.sector.reflex {
             (0, q0)
         } else {
@@ -48,6 +48,6 @@ impl Wedge<f64> {
             return (point, normal);
         }
         let normal = self.sector.normal(side);
-        ([0, 1, 2].map(|i| depth.mul_add(normal[i], p[i])), normal)
+        (axes!(|i| depth.mul_add(normal[i], p[i])), normal)
     }
 }

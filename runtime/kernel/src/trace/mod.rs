@@ -53,6 +53,7 @@ impl Nearest {
 }
 
 /// Whether a ray can hit anything at all.
+#[inline(always)]
 fn is_valid(ray: &Ray) -> bool {
     let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
     finite(&ray.origin)
@@ -63,6 +64,7 @@ fn is_valid(ray: &Ray) -> bool {
 
 /// Whether rays are worth a packet: within a tenth of a turn or so, and starting close together
 /// in proportion to the scene.
+#[inline(always)]
 fn are_coherent<F: Precision>(scene: &Scene<F>, rays: &[Ray]) -> bool {
     /// Largest difference of a direction's components, the largest component being one.
     const DIRECTION_SPREAD: f64 = 0.25;
@@ -102,15 +104,15 @@ enum Bundling {
     Always,
 }
 
-/// Answers a batch; `answer(i, nearest)` is called once for each ray.
+/// A batch, and where the answers go.
 struct Batch<'s, F: Precision, A, const ANY: bool> {
     scene: &'s Scene<F>,
     rays: &'s [Ray],
     bundling: Bundling,
-    answer: A,
+    answers: A,
 }
 
-impl<F: Precision, A: FnMut(usize, Nearest), const ANY: bool> Task for Batch<'_, F, A, ANY> {
+impl<F: Precision, A: Answers<F>, const ANY: bool> Task for Batch<'_, F, A, ANY> {
     type Output = ();
 
     #[inline(always)]
@@ -140,24 +142,46 @@ impl<F: Precision, A: FnMut(usize, Nearest), const ANY: bool> Task for Batch<'_,
                 }
             }
             for (i, &nearest) in nearest.iter().enumerate() {
-                (self.answer)(chunk * width + i, nearest);
+                self.answers
+                    .set(self.scene, chunk * width + i, &rays[i], nearest);
             }
         }
     }
 }
 
+/// Takes what traversal found for each ray.
+trait Answers<F: Precision> {
+    fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest);
+}
+
+/// Surfaces.
+struct Surfaces<'h> {
+    hits: &'h mut [Hit],
+    path: Vec<usize>,
+}
+
+impl<F: Precision> Answers<F> for Surfaces<'_> {
+    #[inline(always)]
+    fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest) {
+        self.hits[i] = scene.surface(ray, &nearest, &mut self.path);
+    }
+}
+
+/// Whether anything was found.
+impl<F: Precision> Answers<F> for &mut [bool] {
+    #[inline(always)]
+    fn set(&mut self, _: &Scene<F>, i: usize, _: &Ray, nearest: Nearest) {
+        self[i] = nearest.leaf >= 0;
+    }
+}
+
 impl<F: Precision> Scene<F> {
-    fn batch<const ANY: bool>(
-        &self,
-        rays: &[Ray],
-        bundling: Bundling,
-        answer: impl FnMut(usize, Nearest),
-    ) {
+    fn batch<const ANY: bool>(&self, rays: &[Ray], bundling: Bundling, answers: impl Answers<F>) {
         let batch = Batch::<_, _, ANY> {
             scene: self,
             rays,
             bundling,
-            answer,
+            answers,
         };
         dispatch(self.set, batch);
     }
@@ -166,17 +190,13 @@ impl<F: Precision> Scene<F> {
 impl<F: Precision> Trace for Scene<F> {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
-        let mut path = Vec::new();
-        self.batch::<false>(rays, Bundling::Coherent, |i, nearest| {
-            hits[i] = self.surface(&rays[i], &nearest, &mut path);
-        });
+        let path = Vec::new();
+        self.batch::<false>(rays, Bundling::Coherent, Surfaces { hits, path });
     }
 
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len());
-        self.batch::<true>(rays, Bundling::Coherent, |i, nearest| {
-            occluded[i] = nearest.leaf >= 0;
-        });
+        self.batch::<true>(rays, Bundling::Coherent, occluded);
     }
 }
 

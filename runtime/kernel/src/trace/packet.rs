@@ -4,7 +4,7 @@ use super::level::{Content, Target};
 use super::precision::{Halves, PacketMask, Precision};
 use crate::bvh::{Child, NodeRay, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, halves};
 use crate::ray::Ray;
 use crate::scene::{Geometry, Scene};
 
@@ -46,6 +46,19 @@ impl<I: Isa, F: Precision> Level<'_, I, F> {
     }
 }
 
+#[inline(always)]
+fn load_halves<I: Isa>(lanes: &[f64; MAX_WIDTH]) -> Halves<I::F64> {
+    [I::F64::load(lanes), I::F64::load(&lanes[I::F64::WIDTH..])]
+}
+
+#[inline(always)]
+fn store_halves<I: Isa>(halves: &Halves<I::F64>) -> [f64; MAX_WIDTH] {
+    let mut lanes = [0.0; MAX_WIDTH];
+    halves[0].store(&mut lanes);
+    halves[1].store(&mut lanes[I::F64::WIDTH..]);
+    lanes
+}
+
 /// The nearest hits so far.
 struct Best<I: Isa> {
     t: Halves<I::F64>,
@@ -65,22 +78,29 @@ impl<I: Isa> Best<I> {
         leaf: i64,
         triangle: u32,
     ) -> PacketMask<I> {
-        let (low, high) = I::split(hit);
+        let hit = I::split(hit);
         let leaf = I::F64::splat(leaf as f64);
         let triangle = I::F64::splat(f64::from(triangle));
-        let mut take = |h: usize, hit: F64Mask<I>| {
-            let nearer = t[h].lt(self.t[h]);
-            let lower =
-                leaf.lt(self.leaf[h]) | (leaf.eq(self.leaf[h]) & triangle.lt(self.triangle[h]));
-            let taken = hit & (nearer | (t[h].eq(self.t[h]) & lower));
-            self.t[h] = I::F64::select(taken, t[h], self.t[h]);
-            self.leaf[h] = I::F64::select(taken, leaf, self.leaf[h]);
-            self.triangle[h] = I::F64::select(taken, triangle, self.triangle[h]);
-            taken
-        };
-        let low = take(0, low);
-        let high = take(1, high);
+        let low = self.offer_half(0, hit.0, t[0], leaf, triangle);
+        let high = self.offer_half(1, hit.1, t[1], leaf, triangle);
         I::join(low, high)
+    }
+
+    #[inline(always)]
+    fn offer_half(
+        &mut self,
+        h: usize,
+        hit: F64Mask<I>,
+        t: I::F64,
+        leaf: I::F64,
+        triangle: I::F64,
+    ) -> F64Mask<I> {
+        let lower = leaf.lt(self.leaf[h]) | (leaf.eq(self.leaf[h]) & triangle.lt(self.triangle[h]));
+        let taken = hit & (t.lt(self.t[h]) | (t.eq(self.t[h]) & lower));
+        self.t[h] = I::F64::select(taken, t, self.t[h]);
+        self.leaf[h] = I::F64::select(taken, leaf, self.leaf[h]);
+        self.triangle[h] = I::F64::select(taken, triangle, self.triangle[h]);
+        taken
     }
 }
 
@@ -121,27 +141,29 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         assert!(!rays.is_empty() && rays.len() <= Self::WIDTH && nearest.len() == rays.len());
         self.stack.clear();
         self.above.clear();
-        let each = |f: &dyn Fn(&Ray) -> f64| -> Halves<I::F64> {
-            // Idle lanes repeat the last ray.
-            let lane = |i: usize| f(&rays[i.min(rays.len() - 1)]);
-            [
-                I::F64::from_fn(lane),
-                I::F64::from_fn(|i| lane(i + I::F64::WIDTH)),
-            ]
-        };
-        let origin: [Halves<I::F64>; 3] = std::array::from_fn(|i| each(&|ray| ray.origin[i]));
-        let direction: [Halves<I::F64>; 3] = std::array::from_fn(|i| each(&|ray| ray.direction[i]));
-        self.t_min = each(&|ray| ray.t_min);
+        // Idle lanes repeat the last ray.
+        let idle = rays[rays.len() - 1];
+        let mut columns = [[0.0; MAX_WIDTH]; 8];
+        for lane in 0..Self::WIDTH {
+            let ray = rays.get(lane).unwrap_or(&idle);
+            for axis in 0..3 {
+                columns[axis][lane] = ray.origin[axis];
+                columns[axis + 3][lane] = ray.direction[axis];
+            }
+            columns[6][lane] = ray.t_min;
+            columns[7][lane] = ray.t_max;
+        }
+        self.t_min = load_halves::<I>(&columns[6]);
         self.best = Best {
-            t: each(&|ray| ray.t_max),
+            t: load_halves::<I>(&columns[7]),
             leaf: [I::F64::splat(-1.0); 2],
             triangle: [I::F64::zero(); 2],
         };
         let one = I::F64::splat(1.0);
-        let world: Halves<LevelRays<I::F64>> = std::array::from_fn(|h| {
+        let world: Halves<LevelRays<I::F64>> = halves!(|h| {
             LevelRays {
-                origin: std::array::from_fn(|i| origin[i][h]),
-                direction: std::array::from_fn(|i| direction[i][h]),
+                origin: axes!(|i| load_halves::<I>(&columns[i])[h]),
+                direction: axes!(|i| load_halves::<I>(&columns[i + 3])[h]),
                 start: I::F64::zero(),
                 rate: one,
                 per_rate: one,
@@ -150,12 +172,14 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         });
         self.alive = Mask::first(rays.len());
         self.run::<ANY>(world);
-        for (i, nearest) in nearest.iter_mut().enumerate() {
-            let (half, lane) = (i / I::F64::WIDTH, i % I::F64::WIDTH);
+        let t = store_halves::<I>(&self.best.t);
+        let leaf = store_halves::<I>(&self.best.leaf);
+        let triangle = store_halves::<I>(&self.best.triangle);
+        for (lane, nearest) in nearest.iter_mut().enumerate() {
             *nearest = Nearest {
-                t: self.best.t[half].get(lane),
-                leaf: self.best.leaf[half].get(lane) as i64,
-                triangle: self.best.triangle[half].get(lane) as u32,
+                t: t[lane],
+                leaf: leaf[lane] as i64,
+                triangle: triangle[lane] as u32,
             };
         }
     }
@@ -204,17 +228,17 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let [(low, low_slide), (high, high_slide)] =
             [rays[0].in_space(&space), rays[1].in_space(&space)];
         let node_ray = NodeRay::new(
-            std::array::from_fn(|i| I::narrow(low[i], high[i])),
-            std::array::from_fn(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
+            axes!(|i| I::narrow(low[i], high[i])),
+            axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
         );
         let scale = I::F64::splat(space.scale);
         let descending = node_ray.descending();
-        let agreed = descending.map(|down| {
-            let bits = (down & active).bits();
+        let agreed = axes!(|axis| {
+            let bits = (descending[axis] & active).bits();
             if bits == 0 {
-                Some(0)
+                Some(axis)
             } else if bits == active.bits() {
-                Some(3)
+                Some(axis + 3)
             } else {
                 None
             }
@@ -223,7 +247,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             node_ray,
             descending,
             entry_planes: match agreed {
-                [Some(x), Some(y), Some(z)] => Some([x, 1 + y, 2 + z]),
+                [Some(x), Some(y), Some(z)] => Some([x, y, z]),
                 _ => None,
             },
             start: [
@@ -268,21 +292,21 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             if node.planes[0][i] > node.planes[3][i] {
                 break;
             }
-            let plane = |row: usize| I::F32::splat(node.planes[row][i]);
+            let planes = &node.planes;
             let (entry, exit) = match level.entry_planes {
                 Some(rows) => (
-                    std::array::from_fn(|axis| plane(rows[axis])),
-                    std::array::from_fn(|axis| plane(2 * axis + 3 - rows[axis])),
+                    axes!(|axis| I::F32::splat(planes[rows[axis]][i])),
+                    axes!(|axis| I::F32::splat(planes[2 * axis + 3 - rows[axis]][i])),
                 ),
                 None => {
                     let [lower, upper]: [[I::F32; 3]; 2] = [
-                        std::array::from_fn(plane),
-                        std::array::from_fn(|axis| plane(axis + 3)),
+                        axes!(|axis| I::F32::splat(planes[axis][i])),
+                        axes!(|axis| I::F32::splat(planes[axis + 3][i])),
                     ];
                     let down = &level.descending;
                     (
-                        std::array::from_fn(|j| I::F32::select(down[j], upper[j], lower[j])),
-                        std::array::from_fn(|j| I::F32::select(down[j], lower[j], upper[j])),
+                        axes!(|j| I::F32::select(down[j], upper[j], lower[j])),
+                        axes!(|j| I::F32::select(down[j], lower[j], upper[j])),
                     )
                 }
             };
@@ -322,24 +346,20 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             Content::Group(group, first_leaf) => (group, first_leaf),
             Content::Mesh(mesh, leaf) => {
                 let rays = &level.rays;
-                let prepared = level
-                    .triangle_rays
-                    .get_or_insert_with(|| F::packet_rays::<I>(rays));
+                let prepared = match level.triangle_rays {
+                    Some(prepared) => prepared,
+                    None => *level.triangle_rays.insert(F::packet_rays::<I>(rays)),
+                };
                 let block = &mesh.blocks[number as usize];
                 let mut taken = PacketMask::<I>::none();
-                let (t_min, t_max) = (self.t_min, self.best.t);
-                let best = &mut self.best;
-                F::packet_block::<I>(
-                    prepared,
-                    rays,
-                    block,
-                    &t_min,
-                    &t_max,
-                    active,
-                    |lane, hit, t| {
-                        taken = taken | best.offer(hit, &t, leaf, block.triangles[lane]);
-                    },
-                );
+                let prepared = F::packet_within::<I>(prepared, rays, &self.t_min, &self.best.t);
+                for lane in 0..block.len as usize {
+                    let (hit, t) = F::packet_triangle::<I>(&prepared, rays, block, lane, active);
+                    if hit.any() {
+                        let triangle = block.triangles[lane];
+                        taken = taken | self.best.offer(hit, &t, leaf, triangle);
+                    }
+                }
                 self.take::<ANY>(level, taken);
                 return None;
             }
@@ -352,12 +372,12 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let prototype = match target {
             Target::Prototype(prototype) => prototype,
             Target::Group(inner) => {
-                let rays = std::array::from_fn(|h| entrance.enter_group(&level.rays[h]));
+                let rays = halves!(|h| entrance.enter_group(&level.rays[h]));
                 return Some(self.enter(rays, Content::Group(inner, leaf), active));
             }
         };
         let rays: Halves<LevelRays<I::F64>> =
-            std::array::from_fn(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
+            halves!(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
         match &prototype.geometry {
             Geometry::Mesh(mesh) => Some(self.enter(rays, Content::Mesh(mesh, leaf), active)),
             Geometry::Shape(shape) => {

@@ -1,8 +1,8 @@
 //! From rays in f64 to intersectors in F, and back to the world's ray parameter.
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask};
+use crate::lanes::{Isa, Lanes, Mask, axes, each, halves};
 use crate::scalar::Scalar;
-use crate::scene::TriangleBlock;
+use crate::scene::{BLOCK, TriangleBlock};
 use crate::shapes::{RayLanes, Shape, Shear, intersect_triangle};
 
 /// The lanes of a packet in double precision: the first half, then the second.
@@ -17,9 +17,11 @@ pub type PacketMask<I> = <<I as Isa>::F32 as Lanes>::Mask;
 /// and this may round, so that ties are not lost.
 #[inline(always)]
 fn level_interval<L: Lanes<Scalar = f64>>(rays: &LevelRays<L>, t_min: L, t_max: L) -> (L, L) {
-    let to_level = |t: L| (t - rays.start) * rays.per_rate;
     let above = t_max.abs().mul_add(L::splat(4.0 * f64::EPSILON), t_max);
-    (to_level(t_min), raised(to_level(above)))
+    (
+        (t_min - rays.start) * rays.per_rate,
+        raised((above - rays.start) * rays.per_rate),
+    )
 }
 
 /// A little more than t.
@@ -62,27 +64,22 @@ impl<L: Lanes> TriangleRays<L> {
     }
 
     #[inline(always)]
-    fn within(&self, (t_min, t_max): (L, L)) -> RayLanes<L> {
-        RayLanes {
+    fn within(self, (t_min, t_max): (L, L)) -> TriangleRays<L> {
+        let ray = RayLanes {
             t_min,
             t_max,
             ..self.ray
-        }
+        };
+        TriangleRays { ray, ..self }
     }
 
-    /// These rays, whose interval is in `ray`, against one triangle of a block.
+    /// Against one triangle of a block.
     #[inline(always)]
-    fn one(
-        &self,
-        ray: &RayLanes<L>,
-        block: &TriangleBlock<L::Scalar>,
-        lane: usize,
-        active: L::Mask,
-    ) -> (L::Mask, L) {
-        let corners = block
-            .corners
-            .map(|corner| corner.map(|axis| L::splat(axis[lane])));
-        intersect_triangle(ray, &self.shear, corners, active)
+    fn one(&self, block: &TriangleBlock<L::Scalar>, lane: usize, active: L::Mask) -> (L::Mask, L) {
+        let corners = each!(&block.corners, |corner| each!(corner, |axis| L::splat(
+            axis[lane]
+        )));
+        intersect_triangle(&self.ray, &self.shear, corners, active)
     }
 }
 
@@ -105,17 +102,22 @@ pub trait Precision: Scalar {
     /// Makes a packet ready for a mesh.
     fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Self::PacketRays<I>;
 
-    /// Crossings of a packet with the triangles of a block, given to `found` with the
-    /// triangle's lane; world t.
-    fn packet_block<I: Isa>(
+    /// The same with the interval to look in, the world's.
+    fn packet_within<I: Isa>(
+        prepared: Self::PacketRays<I>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    ) -> Self::PacketRays<I>;
+
+    /// Crossings of a packet with one triangle of a block; world t.
+    fn packet_triangle<I: Isa>(
         prepared: &Self::PacketRays<I>,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<Self>,
-        t_min: &Halves<I::F64>,
-        t_max: &Halves<I::F64>,
+        lane: usize,
         active: PacketMask<I>,
-        found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
-    );
+    ) -> (PacketMask<I>, Halves<I::F64>);
 }
 
 /// The interval of a packet in single precision.
@@ -136,8 +138,8 @@ fn narrow_interval<I: Isa>(
 #[inline(always)]
 fn narrow_vectors<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> ([I::F32; 3], [I::F32; 3]) {
     (
-        std::array::from_fn(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
-        std::array::from_fn(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
+        axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
+        axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
     )
 }
 
@@ -173,22 +175,25 @@ impl Precision for f32 {
     }
 
     #[inline(always)]
-    fn packet_block<I: Isa>(
+    fn packet_within<I: Isa>(
+        prepared: TriangleRays<I::F32>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    ) -> TriangleRays<I::F32> {
+        prepared.within(narrow_interval::<I>(rays, t_min, t_max))
+    }
+
+    #[inline(always)]
+    fn packet_triangle<I: Isa>(
         prepared: &TriangleRays<I::F32>,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<f32>,
-        t_min: &Halves<I::F64>,
-        t_max: &Halves<I::F64>,
+        lane: usize,
         active: PacketMask<I>,
-        mut found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
-    ) {
-        let ray = prepared.within(narrow_interval::<I>(rays, t_min, t_max));
-        for lane in 0..block.len as usize {
-            let (hit, t) = prepared.one(&ray, block, lane, active);
-            if hit.any() {
-                found(lane, hit, widened::<I>(rays, t));
-            }
-        }
+    ) -> (PacketMask<I>, Halves<I::F64>) {
+        let (hit, t) = prepared.one(block, lane, active);
+        (hit, widened::<I>(rays, t))
     }
 }
 
@@ -205,52 +210,62 @@ impl Precision for f64 {
         active: PacketMask<I>,
     ) -> (PacketMask<I>, Halves<I::F64>) {
         let active = I::split(active);
-        let half = |h: usize, active: <I::F64 as Lanes>::Mask| {
-            let (t_min, t_max) = level_interval(&rays[h], t_min[h], t_max[h]);
-            let ray = RayLanes {
-                o: rays[h].origin,
-                d: rays[h].direction,
-                t_min,
-                t_max,
-            };
-            let (hit, t) = shape.intersect::<I, _>(&ray, active);
-            (hit, from_level(&rays[h], t))
-        };
-        let (hit_low, t_low) = half(0, active.0);
-        let (hit_high, t_high) = half(1, active.1);
+        let (hit_low, t_low) = half_shape::<I>(shape, &rays[0], t_min[0], t_max[0], active.0);
+        let (hit_high, t_high) = half_shape::<I>(shape, &rays[1], t_min[1], t_max[1], active.1);
         (I::join(hit_low, hit_high), [t_low, t_high])
     }
 
     #[inline(always)]
     fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Halves<TriangleRays<I::F64>> {
-        [0, 1].map(|h| TriangleRays::new(rays[h].origin, rays[h].direction))
+        halves!(|h| TriangleRays::new(rays[h].origin, rays[h].direction))
     }
 
     #[inline(always)]
-    fn packet_block<I: Isa>(
+    fn packet_within<I: Isa>(
+        prepared: Halves<TriangleRays<I::F64>>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    ) -> Halves<TriangleRays<I::F64>> {
+        halves!(|h| prepared[h].within(level_interval(&rays[h], t_min[h], t_max[h])))
+    }
+
+    #[inline(always)]
+    fn packet_triangle<I: Isa>(
         prepared: &Halves<TriangleRays<I::F64>>,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<f64>,
-        t_min: &Halves<I::F64>,
-        t_max: &Halves<I::F64>,
+        lane: usize,
         active: PacketMask<I>,
-        mut found: impl FnMut(usize, PacketMask<I>, Halves<I::F64>),
-    ) {
+    ) -> (PacketMask<I>, Halves<I::F64>) {
         let active = I::split(active);
-        let ray = [0, 1].map(|h| prepared[h].within(level_interval(&rays[h], t_min[h], t_max[h])));
-        for lane in 0..block.len as usize {
-            let (hit_low, t_low) = prepared[0].one(&ray[0], block, lane, active.0);
-            let (hit_high, t_high) = prepared[1].one(&ray[1], block, lane, active.1);
-            let hit = I::join(hit_low, hit_high);
-            if hit.any() {
-                found(
-                    lane,
-                    hit,
-                    [from_level(&rays[0], t_low), from_level(&rays[1], t_high)],
-                );
-            }
-        }
+        let (hit_low, t_low) = prepared[0].one(block, lane, active.0);
+        let (hit_high, t_high) = prepared[1].one(block, lane, active.1);
+        (
+            I::join(hit_low, hit_high),
+            [from_level(&rays[0], t_low), from_level(&rays[1], t_high)],
+        )
     }
+}
+
+/// Nearest crossings of half a packet with a shape; world t.
+#[inline(always)]
+fn half_shape<I: Isa>(
+    shape: &Shape<f64>,
+    rays: &LevelRays<I::F64>,
+    t_min: I::F64,
+    t_max: I::F64,
+    active: <I::F64 as Lanes>::Mask,
+) -> (<I::F64 as Lanes>::Mask, I::F64) {
+    let (t_min, t_max) = level_interval(rays, t_min, t_max);
+    let ray = RayLanes {
+        o: rays.origin,
+        d: rays.direction,
+        t_min,
+        t_max,
+    };
+    let (hit, t) = shape.intersect::<I, _>(&ray, active);
+    (hit, from_level(rays, t))
 }
 
 /// The interval of one ray.
@@ -270,20 +285,23 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
 ) -> Option<f64> {
     let (t_min, t_max) = single_interval(ray, t_min, t_max);
     let lanes = RayLanes {
-        o: ray.origin.map(F::from_f64),
-        d: ray.direction.map(F::from_f64),
+        o: each!(ray.origin, |x| F::from_f64(x)),
+        d: each!(ray.direction, |x| F::from_f64(x)),
         t_min,
         t_max,
     };
     let (hit, t) = shape.intersect::<I, F>(&lanes, true);
-    hit.then(|| from_level(ray, t.to_f64()))
+    let t = from_level(ray, t.to_f64());
+    if hit { Some(t) } else { None }
 }
 
 /// One ray in every lane, made ready for the triangles of a mesh.
 #[inline(always)]
 pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>) -> TriangleRays<L> {
-    let splat = |x: f64| L::splat(L::Scalar::from_f64(x));
-    TriangleRays::new(ray.origin.map(splat), ray.direction.map(splat))
+    TriangleRays::new(
+        each!(ray.origin, |x| L::splat(L::Scalar::from_f64(x))),
+        each!(ray.direction, |x| L::splat(L::Scalar::from_f64(x))),
+    )
 }
 
 /// Crossings of one ray with the triangles of a block, given to `found` with the triangle's
@@ -298,17 +316,22 @@ pub fn intersect_block<L: Lanes>(
     mut found: impl FnMut(usize, f64),
 ) {
     let (t_min, t_max) = single_interval(ray, t_min, t_max);
-    let lanes = prepared.within((L::splat(t_min), L::splat(t_max)));
+    let prepared = prepared.within((L::splat(t_min), L::splat(t_max)));
     for first in (0..block.len as usize).step_by(L::WIDTH) {
-        let corners = block
-            .corners
-            .map(|corner| corner.map(|axis| L::load(&axis[first..])));
-        let (hit, t) = intersect_triangle(&lanes, &prepared.shear, corners, Mask::full());
+        let corners = each!(&block.corners, |corner| each!(corner, |axis| L::load(
+            &axis[first..]
+        )));
+        let (hit, t) = intersect_triangle(&prepared.ray, &prepared.shear, corners, Mask::full());
         let mut hit = hit.bits();
+        if hit == 0 {
+            continue;
+        }
+        let mut lanes = [L::Scalar::default(); BLOCK];
+        t.store(&mut lanes);
         while hit != 0 {
             let lane = hit.trailing_zeros() as usize;
             hit &= hit - 1;
-            found(first + lane, from_level(ray, t.get(lane).to_f64()));
+            found(first + lane, from_level(ray, lanes[lane].to_f64()));
         }
     }
 }

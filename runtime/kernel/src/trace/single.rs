@@ -4,7 +4,7 @@ use super::level::{Content, Target};
 use super::precision::{Precision, TriangleRays, block_ray, intersect_block, intersect_shape};
 use crate::bvh::{Child, NodeRay, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask};
+use crate::lanes::{Isa, Lanes, Mask, axes, each};
 use crate::ray::Ray;
 use crate::scene::{Geometry, Scene};
 
@@ -100,12 +100,14 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         let tree = content.tree();
         let space = content.space();
         let (origin, slide) = ray.in_space(&space);
-        let splat = |x: f64| I::F32UpTo8::splat(x as f32);
         let mut level = Level {
             ray,
             content,
-            node_ray: NodeRay::new(origin.map(splat), ray.direction.map(splat)),
-            entry_planes: std::array::from_fn(|i| {
+            node_ray: NodeRay::new(
+                each!(origin, |x| I::F32UpTo8::splat(x as f32)),
+                each!(ray.direction, |x| I::F32UpTo8::splat(x as f32)),
+            ),
+            entry_planes: axes!(|i| {
                 if ray.direction[i].is_sign_negative() {
                     i + 3
                 } else {
@@ -142,12 +144,9 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         let node = &level.content.tree().nodes[child.number() as usize];
         let base = self.stack.len();
         for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
-            let planes = |axis: usize, row: usize| {
-                debug_assert!(row % 3 == axis);
-                N::<I>::load(&node.planes[row][first..])
-            };
-            let entry = std::array::from_fn(|i| planes(i, level.entry_planes[i]));
-            let exit = std::array::from_fn(|i| planes(i, 2 * i + 3 - level.entry_planes[i]));
+            let enters = &level.entry_planes;
+            let entry = axes!(|i| N::<I>::load(&node.planes[enters[i]][first..]));
+            let exit = axes!(|i| N::<I>::load(&node.planes[2 * i + 3 - enters[i]][first..]));
             let (near, far) = level.node_ray.interval(
                 entry,
                 exit,
@@ -185,11 +184,14 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         match level.content {
             Content::Mesh(mesh, leaf) => {
                 let ray = &level.ray;
-                let prepared = level.block_ray.get_or_insert_with(|| block_ray(ray));
+                let prepared = match level.block_ray {
+                    Some(prepared) => prepared,
+                    None => *level.block_ray.insert(block_ray(ray)),
+                };
                 let block = &mesh.blocks[number as usize];
                 let (t_min, t_max) = (self.t_min, self.nearest.t);
                 let nearest = &mut self.nearest;
-                intersect_block(prepared, ray, block, t_min, t_max, |lane, t| {
+                intersect_block(&prepared, ray, block, t_min, t_max, |lane, t| {
                     nearest.offer(t, leaf, block.triangles[lane]);
                 });
                 if self.nearest.t < t_max {

@@ -18,6 +18,7 @@ use super::Nearest;
 use super::level::Target;
 use crate::bvh::{NormalSpace, exponent, power_of_two};
 use crate::instance::{LevelRays, dot};
+use crate::lanes::{axes, each};
 use crate::ray::{Hit, Ray};
 use crate::scalar::Scalar;
 use crate::scene::{Geometry, Group, Prototype, Scene};
@@ -63,8 +64,7 @@ impl<F: Scalar> Scene<F> {
             }
         };
         let tau = (nearest.t - rays.start) * rays.per_rate;
-        let local: [f64; 3] =
-            std::array::from_fn(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
+        let local: [f64; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
         let (mut point, normal, error) = prototype.surface(local, nearest.triangle);
         let mut normal = rescaled(normal);
         let mut offset = error;
@@ -73,25 +73,25 @@ impl<F: Scalar> Scene<F> {
             let low = self.translation_low.get(row).copied().unwrap_or_default();
             let inverse = &self.object_from_world[row];
             let turned: [f64; 3] =
-                std::array::from_fn(|i| dot([inverse[0][i], inverse[1][i], inverse[2][i]], normal));
-            let magnitude: [f64; 3] = std::array::from_fn(|i| {
+                axes!(|i| dot([inverse[0][i], inverse[1][i], inverse[2][i]], normal));
+            let magnitude: [f64; 3] = axes!(|i| {
                 let [x, y, z, w] = matrix[i];
-                dot([x.abs(), y.abs(), z.abs()], point.map(f64::abs)) + w.abs()
+                dot([x.abs(), y.abs(), z.abs()], each!(point, |x| x.abs())) + w.abs()
             });
-            offset += TRANSFORM_ERROR * dot(turned.map(f64::abs), magnitude);
-            point = std::array::from_fn(|i| {
+            offset += TRANSFORM_ERROR * dot(each!(turned, |x| x.abs()), magnitude);
+            point = axes!(|i| {
                 let [x, y, z, w] = matrix[i];
                 dot([x, y, z], point) + f64::from(low[i]) + w
             });
             let unit = unit_of(turned);
-            normal = turned.map(|x| x * unit);
+            normal = each!(turned, |x| x * unit);
             offset *= unit;
         }
         let length = dot(normal, normal).sqrt();
         Hit {
             t: nearest.t.max(ray.t_min.next_up()),
             position: point,
-            normal: normal.map(|x| x / length),
+            normal: each!(normal, |x| x / length),
             offset: offset / length,
             instance: nearest.leaf,
             prototype: index,
@@ -109,7 +109,7 @@ fn unit_of(v: [f64; 3]) -> f64 {
 #[inline(always)]
 fn rescaled(v: [f64; 3]) -> [f64; 3] {
     let unit = unit_of(v);
-    v.map(|x| x * unit)
+    each!(v, |x| x * unit)
 }
 
 impl<F: Scalar> Prototype<F> {
@@ -117,12 +117,12 @@ impl<F: Scalar> Prototype<F> {
     #[inline(always)]
     fn surface(&self, local: [f64; 3], triangle: u32) -> ([f64; 3], [f64; 3], f64) {
         let NormalSpace { center, scale } = self.space;
-        let to_object = |p: [f64; 3]| std::array::from_fn(|i| p[i].mul_add(1.0 / scale, center[i]));
-        let error = F::EPS.to_f64() * 32.0 / scale;
+        let unit = 1.0 / scale;
+        let error = F::EPS.to_f64() * 32.0 * unit;
         match &self.geometry {
             Geometry::Shape(shape) => {
                 let (point, normal) = shape.surface(local);
-                let point: [f64; 3] = to_object(point);
+                let point = axes!(|i| point[i].mul_add(unit, center[i]));
                 if self.anchor.flat {
                     let magnitude = point.iter().fold(0.0, |sum, x| sum + x.abs());
                     return (point, normal, TRANSFORM_ERROR * magnitude);
@@ -130,7 +130,8 @@ impl<F: Scalar> Prototype<F> {
                 (point, normal, error)
             }
             Geometry::Mesh(mesh) => {
-                let (point, normal) = triangle_surface(mesh.corners(triangle), to_object(local));
+                let near = axes!(|i| local[i].mul_add(unit, center[i]));
+                let (point, normal) = triangle_surface(mesh.corners(triangle), near);
                 (point, normal, error)
             }
         }
