@@ -97,9 +97,9 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     names = [parameter.name for parameter in signature.parameters]
     rest: list[Given] = []
     if signature.rest is not None:
-        positional = [item for item in given if item.argument.name is None]
-        rest = positional[len(names) :]
-        given = [item for item in given if item not in rest]
+        count = sum(item.argument.name is None for item in given)
+        rest = [*given[len(names) : count]]  # arguments without a name come first
+        given = [*given[: len(names)], *given[max(count, len(names)) :]]
 
     def form() -> str:
         forms = (_form(builtin.name, each) for each in builtin.signatures)

@@ -39,7 +39,7 @@ class Files:
         self.root = None if root is None else root.resolve()
         self.max_bytes = max_bytes
 
-    def resolve(self, path: str, folder: str = "") -> Path:
+    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
         """The existing file that `path` names in `folder`, symbolic links followed.
 
         Raises FileFault for what is missing, outside, too large, or not a file.
@@ -73,15 +73,14 @@ class Files:
             raise FileFault(
                 "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
             ) from None
-        if size > self.max_bytes:
-            raise FileFault(
-                "file-too-large", f"`{path}` has {size} bytes, more than {self.max_bytes}"
-            )
+        limit = self.max_bytes if max_bytes is None else min(max_bytes, self.max_bytes)
+        if size > limit:
+            raise FileFault("file-too-large", f"`{path}` has {size} bytes, more than {limit}")
         return found
 
-    def read_bytes(self, path: str, folder: str = "") -> bytes:
-        """The contents of a file; raises FileFault."""
-        found = self.resolve(path, folder)
+    def read_bytes(self, path: str, folder: str = "", max_bytes: int | None = None) -> bytes:
+        """The contents of a file of at most so many bytes; raises FileFault."""
+        found = self.resolve(path, folder, max_bytes)
         try:
             return found.read_bytes()
         except OSError as error:
@@ -89,10 +88,10 @@ class Files:
                 "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
             ) from None
 
-    def read_text(self, path: str, folder: str = "") -> str:
+    def read_text(self, path: str, folder: str = "", max_bytes: int | None = None) -> str:
         """The text of a UTF-8 file without its byte-order mark; raises FileFault."""
         try:
-            return self.read_bytes(path, folder).decode("utf-8").removeprefix("\ufeff")
+            return self.read_bytes(path, folder, max_bytes).decode("utf-8").removeprefix("\ufeff")
         except UnicodeDecodeError as error:
             raise FileFault(
                 "file-encoding",

@@ -24,6 +24,7 @@ from dsl.values import (
     Angle,
     Binding,
     File,
+    Poison,
     Scope,
     Value,
     Vector,
@@ -58,7 +59,7 @@ class Run:
         self.sources: dict[str, str] = {}
         self.uses: dict[ast.Name, Binding] = {}
         self.definitions: dict[object, Binding] = {}
-        self.loaded: dict[str, File | None] = {}  # by resolved path; None while being read
+        self.loaded: dict[str, File | Poison | None] = {}  # by path; None while being read
         self.context: list[Context] = []  # the calls and loops being evaluated, outermost first
         self.depth = 0
         self._steps = 0

@@ -135,12 +135,14 @@ def _use(run: Run, statement: ast.Use) -> Task:
             return known
         if len(run.loaded) >= run.limits.files:
             raise Fault("limit-files", f"more than {run.limits.files} files", span)
-        text = run.files.read_text(path, start)
+        text = run.files.read_text(path, start, run.limits.source_bytes)
     except FileFault as fault:
         raise Fault(fault.code, fault.message, span, help=fault.help) from None
     tree, diagnostics = parse(Source(str(PurePath(start) / path), text), run.limits)
     run.report(*diagnostics)
-    run.loaded[resolved] = None
+    run.loaded[resolved] = None if tree.complete else POISON
+    if not tree.complete:
+        raise Poisoned
     scope = Scope()
     yield from module(run, tree, scope)
     members = {binding.name: value for binding, value in scope.values.items()}

@@ -291,3 +291,26 @@ def test_settings_keep_what_is_not_said() -> None:
     node = root("settings(width: 64)")
     assert isinstance(node, scene.Settings)
     assert (node.width, node.height, node.precision) == (64, None, None)
+
+
+def test_a_file_that_was_given_up_is_reported_once(tmp_path: Path) -> None:
+    (tmp_path / "deep.ovo").write_text("let a = " + "(" * 1_000)
+    (tmp_path / "mid.ovo").write_text('use "deep.ovo" as deep\nlet b = deep.a')
+    text = 'use "deep.ovo" as deep\nuse "mid.ovo" as mid\nsphere(radius: deep.a + mid.b)'
+    graph, diagnostics = evaluate_source(Source("scene.ovo", text), Files(tmp_path))
+    assert graph is None
+    assert [found.code for found in diagnostics] == ["limit-nesting"]
+
+
+def test_a_file_is_evaluated_once(tmp_path: Path) -> None:
+    (tmp_path / "ball.ovo").write_text("let ball = sphere()")
+    text = 'use "ball.ovo" as a\nuse "./ball.ovo" as b\na.ball\nb.ball'
+    graph, diagnostics = evaluate_source(Source("scene.ovo", text), Files(tmp_path))
+    assert not diagnostics
+    assert graph is not None
+    assert isinstance(graph.root, Group)
+    first, second = graph.root.items
+    assert isinstance(first, Instances)
+    assert isinstance(second, Instances)
+    assert first.child is second.child
+    assert set(graph.sources) == {"scene.ovo", "ball.ovo"}
