@@ -11,7 +11,7 @@ from compiler.compilation import Compilation, Time, compile_path, compile_text
 from compiler.ir import SceneIR
 from dsl.diagnostics import Diagnostic
 from dsl.files import Files
-from dsl.scene import Integrator, Precision
+from dsl.scene import FloatArray, Integrator, Precision
 from dsl.spans import Place
 
 if TYPE_CHECKING:
@@ -34,6 +34,13 @@ class Scene:
     def warnings(self) -> tuple[Diagnostic, ...]:
         """What is worth a word, though it is no fault; for stages, also what was dropped."""
         return self._compilation.warnings
+
+    @property
+    def bounds(self) -> FloatArray | None:
+        """(2, 3) world-space box of all that is bounded, lower corner first; None if nothing is."""
+        from compiler.bounds import bounds
+
+        return bounds(self.ir)
 
     def tracer(
         self,

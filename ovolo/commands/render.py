@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> Exit:
     from ovolo.progress import progress_bar
     from runtime.film import ImageError, check_path
 
-    outputs: list[Path] = arguments.output or [Path(arguments.scene.with_suffix(".png").name)]
+    outputs: list[Path] = arguments.output or [Path(f"{arguments.scene.stem or 'scene'}.png")]
     try:
         for output in outputs:
             check_path(output)
@@ -95,7 +95,7 @@ def run(arguments: argparse.Namespace) -> Exit:
     elif not arguments.quiet:
         print(
             f"{', '.join(map(str, outputs))}: {film.width} × {film.height} pixels, "
-            f"{film.samples} samples, {film.rays / 1e6:.3g} Mrays in {film.seconds:.2f} s "
+            f"{film.samples} spp, {film.rays / 1e6:.3g} Mrays in {film.seconds:.2f} s "
             f"({film.rays / 1e6 / film.seconds:.3g} Mrays/s), {seconds:.2f} s in all"
         )
     return Exit.OK

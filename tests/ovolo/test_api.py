@@ -206,8 +206,17 @@ def test_files_are_found_beside_the_scene_and_kept_inside_a_root(tmp_path: Path)
     assert caught.value.diagnostics[0].code == "file-outside"
 
 
+def test_a_scene_has_bounds_and_warnings() -> None:
+    scene = ovolo.compile(TWO + "plane()\nball.scale(0)\n")
+    assert scene.bounds is not None
+    assert scene.bounds.tolist() == [[-1, -1, -1], [5, 1, 1]]
+    assert [warning.code for warning in scene.warnings] == ["scene-singular-transform"]
+
+
 def test_an_empty_scene_is_a_scene() -> None:
     scene = ovolo.compile("")
+    assert scene.bounds is None
+    assert scene.warnings == ()
     assert repr(scene) == "Scene('scene.ovo', 0 instances of 0 prototypes)"
     hits = scene.tracer().trace(np.zeros((2, 3)), (0, 0, 1))
     assert not hits.hit.any()
