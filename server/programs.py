@@ -13,7 +13,7 @@ from server.settings import Settings
 class NoFiles(Files):
     """Gives no file, whatever its name: there is no folder for assets."""
 
-    def resolve(self, path: str, folder: str = "") -> Path:
+    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
         """Raise FileFault."""
         raise FileFault(
             "file-outside",
