@@ -95,7 +95,7 @@ CODES: dict[str, Code] = {
     "usd-transform": Code("a transform operation that could not be used whole", "warning"),
     "usd-shape": Code("a primitive without extent", "warning"),
     "usd-mesh": Code("a mesh, or faces of it, that cannot be drawn", "warning"),
-    "usd-subdivision": Code("a subdivision surface that is drawn as its cage", "warning"),
+    "usd-subdivision": Code("a subdivision surface that is not drawn as it says", "warning"),
     "usd-instancer": Code("instances of a point instancer that are left out", "warning"),
     "usd-primvar": Code("a display colour that is not drawn as it says", "warning"),
     "usd-material": Code("a material that is not drawn as it says", "warning"),

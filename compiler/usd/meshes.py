@@ -1,8 +1,7 @@
-"""Meshes: USD's polygons as triangle meshes."""
+"""Meshes: one per material, shared by all instances of a prim."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,85 +9,21 @@ from pxr import Sdf, UsdShade
 
 from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
-from compiler.usd.polygons import triangulate
+from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
-from dsl.scene import FloatArray, IntArray, Material, Mesh
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MeshSurface:
-    """A triangulated mesh that still knows its faces.
-
-    `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
-    `face_count` the number of faces that the prim lists.
-    """
-
-    points: FloatArray
-    triangles: IntArray
-    faces: IntArray
-    face_count: int
-
-    def part(self, chosen: IntArray | None = None) -> Mesh:
-        """The mesh of the chosen triangles (all by default), with the points they use only."""
-        triangles = self.triangles if chosen is None else self.triangles[chosen]
-        used = np.zeros(len(self.points), bool)
-        used[triangles] = True
-        if used.all():
-            return Mesh(self.points, triangles)
-        renumbered = np.cumsum(used) - 1
-        return Mesh(self.points[used], renumbered[triangles])
-
-
-def read_mesh(prim: Any, clock: Clock, report: Report) -> MeshSurface | None:
-    """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
-
-    Normals of triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are
-    left out.
-    """
-    path = prim.GetPath()
-    points = clock.vectors(prim.GetAttribute("points"), 3)
-    counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
-    indices = clock.integers(prim.GetAttribute("faceVertexIndices"))
-    for name, array in (
-        ("points", points),
-        ("faceVertexCounts", counts),
-        ("faceVertexIndices", indices),
-    ):
-        value = None if array is not None else clock.value(prim.GetAttribute(name))
-        if value is not None and np.size(value):
-            message = f"a mesh whose `{name}` have the wrong type draws nothing"
-            report.add("usd-mesh", message, path)
-            return None
-    if points is None or counts is None or indices is None or not len(counts):
-        report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
-        return None
-    found = triangulate(points, counts, indices)
-    for reason, number in found.dropped.items():
-        report.add("usd-mesh", f"{number} faces {reason} are left out", path)
-    triangles, faces = found.triangles, found.faces
-    holes = clock.integers(prim.GetAttribute("holeIndices"))
-    if holes is not None and len(holes):
-        kept = ~np.isin(faces, holes)
-        triangles, faces = triangles[kept], faces[kept]
-    if not len(triangles):
-        report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
-        return None
-    if prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue():
-        report.add("usd-mesh", "skinned meshes are drawn in their rest pose", path)
-    if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
-        triangles = np.ascontiguousarray(triangles[:, ::-1])
-    scheme = clock.token(prim.GetAttribute("subdivisionScheme"))
-    if scheme != "none":
-        report.add("usd-subdivision", f"`{scheme}` meshes are drawn as their cages", path)
-    return MeshSurface(points, triangles, faces, len(counts))
+from compiler.usd.surfaces import MeshSurface, read_mesh
+from dsl.scene import Material, Mesh
 
 
 class Meshes:
     """Makes the meshes of a stage; prims of one prototype share theirs."""
 
-    def __init__(self, clock: Clock, report: Report, appearance: Appearance) -> None:
+    def __init__(
+        self, clock: Clock, report: Report, appearance: Appearance, options: StageOptions
+    ) -> None:
         self._clock = clock
         self._report = report
+        self._options = options
         self._appearance = appearance
         self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
         self._parts: dict[tuple[Sdf.Path, bytes], list[Mesh]] = {}
@@ -103,7 +38,7 @@ class Meshes:
         """
         path = _shared_path(prim)
         if path not in self._surfaces:
-            self._surfaces[path] = read_mesh(prim, self._clock, self._report)
+            self._surfaces[path] = read_mesh(prim, self._clock, self._report, self._options)
         surface = self._surfaces[path]
         if surface is None:
             return []

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Complexity = Literal["low", "medium", "high", "veryhigh"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -10,8 +13,11 @@ class StageOptions:
     """Choices that are not in the stage.
 
     `purposes` are the computed purposes that are drawn; `payloads` says whether payloads are
-    loaded.
+    loaded. `complexity` says how subdivision surfaces are drawn: "low" is their cage, "medium",
+    "high" and "veryhigh" are their limit surface at 1, 2 and 3 refinements, and None the limit
+    surface at as many refinements as suit the number of faces (`compiler.usd.refinement`).
     """
 
     purposes: frozenset[str] = frozenset({"default", "render"})
     payloads: bool = True
+    complexity: Complexity | None = None

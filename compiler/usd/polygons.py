@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dsl.scene import FloatArray, IntArray
 
@@ -20,58 +21,103 @@ FLAT = 1e-9
 BLOCK = 1 << 15
 """Corners worked on at once."""
 
+_FEW = "of fewer than 3 corners"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Triangulation:
-    """`triangles` `(m, 3)` int64 indices into the points, `faces` `(m,)` the face of each.
+class Polygons:
+    """Faces that can be used: `counts` `(f,)` corners of each, `corners` `(c,)` their points.
 
-    Triangles come in order of faces. `dropped` counts faces by the reason they are missing.
+    `faces` `(f,)` are their places among all faces, `dropped` counts others by what is wrong.
     """
 
-    triangles: IntArray
+    counts: IntArray
+    corners: IntArray
     faces: IntArray
     dropped: Counter[str]
 
+    def distinct(self) -> Polygons:
+        """The same without corners at the point of the next one, and faces that have too few."""
+        following = np.arange(1, len(self.corners) + 1)
+        ends = np.cumsum(self.counts)
+        following[ends - 1] = ends - self.counts
+        kept = self.corners != self.corners[following]
+        if kept.all():
+            return self
+        row = np.repeat(np.arange(len(self.counts)), self.counts)
+        counts = np.bincount(row[kept], minlength=len(self.counts))
+        whole = counts >= 3
+        dropped = Counter({_FEW: int(np.count_nonzero(~whole))})
+        corners = self.corners[kept & whole[row]]
+        return Polygons(counts[whole], corners, self.faces[whole], self.dropped + dropped)
 
-def triangulate(points: FloatArray, counts: IntArray, indices: IntArray) -> Triangulation:
-    """Triangulate faces of `counts` `(f,)` corners each, listed in `indices`.
 
-    Faces keep their winding. Faces with fewer than 3 corners, with corners beyond the end of
-    `indices`, with indices out of range, or with points that are not finite, are dropped.
+@dataclass(frozen=True, slots=True, eq=False)
+class Triangulation:
+    """`triangles` `(m, 3)` int64 indices into the points, `rows` `(m,)` the polygon of each.
+
+    Triangles come in order of polygons.
+    """
+
+    triangles: IntArray
+    rows: IntArray
+
+
+def usable_faces(points: FloatArray, counts: IntArray, indices: IntArray) -> Polygons:
+    """Faces of `counts` `(f,)` corners each, listed in `indices`, without those that are faulty.
+
+    Faces with fewer than 3 corners, with corners beyond the end of `indices`, with indices out of
+    range, or with points that are not finite, are dropped.
     """
     sizes = np.maximum(counts, 0)
     ends = np.cumsum(sizes)
-    starts = ends - sizes
     known = ends <= len(indices)
-    drawn = known & (sizes >= 3)
+    large = known & (sizes >= 3)
+    inside = (indices >= 0) & (indices < len(points))
+    finite = inside.copy()
+    finite[inside] = np.asarray(np.isfinite(points).all(axis=1))[indices[inside]]
+    outside = _any(~inside, sizes, ends)
+    broken = _any(~finite, sizes, ends)
+    kept = large & ~broken
     dropped = Counter(
         {
             "that run beyond the list of indices": int(np.count_nonzero(~known)),
-            "of fewer than 3 corners": int(np.count_nonzero(known & (sizes < 3))),
+            _FEW: int(np.count_nonzero(known & (sizes < 3))),
+            "with indices out of range": int(np.count_nonzero(large & outside)),
+            "with points that are not finite": int(np.count_nonzero(large & broken & ~outside)),
         }
     )
-    finite = np.asarray(np.isfinite(points).all(axis=1))
+    listed = np.zeros(len(indices), bool)
+    total = int(ends[known][-1]) if known.any() else 0
+    listed[:total] = np.repeat(kept[known], sizes[known])
+    return Polygons(sizes[kept], indices[listed], np.flatnonzero(kept), +dropped)
+
+
+def _any(flags: NDArray[np.bool_], sizes: IntArray, ends: IntArray) -> NDArray[np.bool_]:
+    """Whether any corner of a face has the flag; faces may run beyond the end of the flags."""
+    before = np.concatenate(([0], np.cumsum(flags)))
+    last = len(flags)
+    return np.asarray(before[np.minimum(ends, last)] > before[np.minimum(ends - sizes, last)])
+
+
+def triangulate(points: FloatArray, counts: IntArray, corners: IntArray) -> Triangulation:
+    """Triangulate usable faces; they keep their winding."""
+    starts = np.cumsum(counts) - counts
     triangles: list[IntArray] = [np.empty((0, 3), np.int64)]
-    faces: list[IntArray] = [np.empty(0, np.int64)]
-    for found in _blocks(np.flatnonzero(drawn), sizes):
-        corners = indices[starts[found, None] + np.arange(sizes[found[0]])]
-        inside = ((corners >= 0) & (corners < len(points))).all(axis=1)
-        usable = inside.copy()
-        usable[inside] = finite[corners[inside]].all(axis=1)
-        dropped["with indices out of range"] += int(np.count_nonzero(~inside))
-        dropped["with points that are not finite"] += int(np.count_nonzero(inside & ~usable))
-        if usable.any():
-            own, of = _same_size(points, corners[usable])
-            triangles.append(own)
-            faces.append(found[usable][of])
-    face = np.concatenate(faces)
-    order = np.argsort(face, kind="stable")
-    return Triangulation(np.concatenate(triangles)[order], face[order], +dropped)
+    rows: list[IntArray] = [np.empty(0, np.int64)]
+    for block in _blocks(counts):
+        polygons = corners[starts[block, None] + np.arange(counts[block[0]])]
+        own, of = _same_size(points, polygons)
+        triangles.append(own)
+        rows.append(block[of])
+    row = np.concatenate(rows)
+    order = np.argsort(row, kind="stable")
+    return Triangulation(np.concatenate(triangles)[order], row[order])
 
 
-def _blocks(faces: IntArray, sizes: IntArray) -> Iterator[IntArray]:
+def _blocks(sizes: IntArray) -> Iterator[IntArray]:
     """The faces in blocks of one size each, small enough to stay in a cache."""
-    faces = faces[np.argsort(sizes[faces], kind="stable")]
+    faces = np.argsort(sizes, kind="stable")
     _, firsts = np.unique(sizes[faces], return_index=True)
     for first, end in zip(firsts, [*firsts[1:], len(faces)], strict=True):
         block = max(1, BLOCK // int(sizes[faces[first]]))

@@ -85,7 +85,7 @@ class Traversal:
         self.appearance = Appearance(clock, report)
         self._options = options
         self._gprims = Gprims(clock, report)
-        self._meshes = Meshes(clock, report, self.appearance)
+        self._meshes = Meshes(clock, report, self.appearance, options)
         self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
         self._open: list[tuple[object, ...]] = []
 

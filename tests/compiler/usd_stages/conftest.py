@@ -72,16 +72,15 @@ class Imported:
 
 @pytest.fixture
 def load(tmp_path: Path) -> Callable[..., Imported]:
-    """Import the text of a .usda stage, or a path."""
+    """Import the text of a .usda stage, or a path; other keywords are `StageOptions`."""
 
     def load(stage: str | Path, **choices: Any) -> Imported:
         path = stage
         if isinstance(stage, str):
             path = tmp_path / "stage.usda"
             path.write_text("#usda 1.0\n" + stage)
-        if "purposes" in choices:
-            choices["options"] = StageOptions(purposes=choices.pop("purposes"))
-        graph, diagnostics = import_stage(path, **choices)
+        arguments = {name: choices.pop(name) for name in ("time", "prim") if name in choices}
+        graph, diagnostics = import_stage(path, **arguments, options=StageOptions(**choices))
         expanded = list(_expand(graph.root))
         leaves = [item for item in expanded if isinstance(item, Leaf)]
         others = [item for item in expanded if not isinstance(item, Leaf)]

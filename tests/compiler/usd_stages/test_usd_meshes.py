@@ -81,25 +81,13 @@ def Mesh "m" {
     point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (nan, 0, 0)]
     int[] faceVertexCounts = [3, 3, 3, 3]
     int[] faceVertexIndices = [0, 1, 2, 0, 1, 7, 0, 1, 3, 0]
+    uniform token subdivisionScheme = "none"
 }
 """)
     (leaf,) = imported.leaves
     assert leaf.node.triangles.tolist() == [[0, 1, 2]]
     assert np.isfinite(leaf.node.points).all()
-    assert imported.codes() == ["usd-mesh"] * 3 + ["usd-subdivision"]
-
-
-def test_one_warning_for_each_scheme(load: Callable[..., Any]) -> None:
-    loop = SQUARE.replace('"none"', '"loop"')
-    implied = SQUARE[: SQUARE.index("uniform")]
-    imported = load(
-        f'def Mesh "a" {{{implied}}}\ndef Mesh "b" {{{implied}}}\ndef Mesh "c" {{{loop}}}\n'
-    )
-    assert [d.message for d in imported.diagnostics] == [
-        "`catmullClark` meshes are drawn as their cages (2 prims)",
-        "`loop` meshes are drawn as their cages",
-    ]
-    assert [label.place.prim for label in imported.diagnostics[0].secondary] == ["/b"]
+    assert imported.codes() == ["usd-mesh"] * 3
 
 
 def test_uniform_colours_split_a_mesh(load: Callable[..., Any]) -> None:

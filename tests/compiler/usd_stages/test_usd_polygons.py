@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compiler.usd.polygons import triangulate
+from compiler.usd.polygons import triangulate, usable_faces
 
 
 def vector_area(corners: np.ndarray) -> np.ndarray:
@@ -48,7 +48,6 @@ def test_star_polygons_in_any_plane_are_covered_once(
     np.testing.assert_allclose(areas.sum(axis=0), whole, atol=1e-12)
     # Nothing is covered twice: all parts face the way of the whole.
     assert np.linalg.norm(areas, axis=1).sum() == pytest.approx(np.linalg.norm(whole), rel=1e-9)
-    assert not found.dropped
 
 
 def test_concave_quadrilaterals_are_split_at_the_reflex_corner() -> None:
@@ -66,16 +65,17 @@ def test_faces_of_all_sizes_keep_their_order() -> None:
     counts = np.array([3, 5, 3, 4, 5])
     indices = np.concatenate([np.arange(count) for count in counts])
     found = triangulate(ring, counts, indices)
-    assert found.faces.tolist() == [0, 1, 1, 1, 2, 3, 3, 4, 4, 4]
+    assert found.rows.tolist() == [0, 1, 1, 1, 2, 3, 3, 4, 4, 4]
 
 
 def test_faulty_faces_are_dropped_and_counted() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0)])
     counts = np.array([3, 2, 3, 3, -1, 3, 3])
     indices = np.array([0, 1, 2, 0, 1, 0, 1, 9, 0, 1, 3, 2, 1, 0, 0])
-    found = triangulate(points, counts, indices)
-    assert found.triangles.tolist() == [[0, 1, 2], [2, 1, 0]]
+    found = usable_faces(points, counts, indices)
+    assert found.corners.tolist() == [0, 1, 2, 2, 1, 0]
     assert found.faces.tolist() == [0, 5]
+    assert found.counts.tolist() == [3, 3]
     assert found.dropped == {
         "of fewer than 3 corners": 2,
         "with indices out of range": 1,
@@ -92,3 +92,14 @@ def test_degenerate_polygons_do_no_harm() -> None:
     triangulate(line, np.array([6]), np.arange(6))
     bow = np.array([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)], dtype=float)
     assert len(triangulate(bow, np.array([4]), np.arange(4)).triangles) == 2
+
+
+def test_repeated_corners_are_taken_out() -> None:
+    points = np.arange(15.0).reshape(5, 3)
+    counts = np.array([4, 3, 5, 3])
+    indices = np.array([0, 1, 1, 2, 3, 3, 3, 4, 0, 1, 2, 4, 0, 1, 0])
+    found = usable_faces(points, counts, indices).distinct()
+    assert found.counts.tolist() == [3, 4]
+    assert found.corners.tolist() == [0, 1, 2, 4, 0, 1, 2]
+    assert found.faces.tolist() == [0, 2]
+    assert found.dropped == {"of fewer than 3 corners": 2}

@@ -106,7 +106,7 @@ def box(points: np.ndarray) -> np.ndarray:
 def test_what_is_drawn_stands_where_usd_core_has_it(load: Callable[..., Any], name: str) -> None:
     from pxr import Usd
 
-    imported = load(ASSETS / name, time="earliest")
+    imported = load(ASSETS / name, time="earliest", complexity="low")
     expected = dict(drawn(Usd.Stage.Open(str(ASSETS / name))))
     found: dict[str, list[np.ndarray]] = {}
     for leaf in imported.leaves:

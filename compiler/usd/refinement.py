@@ -1,0 +1,154 @@
+"""Subdivision meshes as polygons of their limit surface.
+
+By default a mesh of up to 400 faces is refined 4 times, up to 2 000 faces 3 times, up to 8 000
+twice, and beyond that once, counting a face for every four corners: about 200 000 triangles at
+most for all but the last. Beyond 250 000 faces the points of the cage itself are moved to the
+limit.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from compiler.subdivision import INFINITE, Boundary, Creases, Scheme, cage, limit_surface
+from compiler.usd.clock import Clock
+from compiler.usd.options import StageOptions
+from compiler.usd.polygons import Polygons, triangulate
+from compiler.usd.report import Report
+from dsl.scene import FloatArray, IntArray
+
+SCHEMES: dict[str, Scheme] = {
+    "catmullClark": "catmullClark",
+    "loop": "loop",
+    "bilinear": "bilinear",
+}
+BOUNDARIES: dict[str, Boundary] = {
+    "none": "none",
+    "edgeOnly": "edgeOnly",
+    "edgeAndCorner": "edgeAndCorner",
+}
+
+LEVELS = {"medium": 1, "high": 2, "veryhigh": 3}
+BUDGET = ((400, 4), (2_000, 3), (8_000, 2), (250_000, 1))
+"""Faces up to which a mesh is refined so many times."""
+
+MAX_TRIANGLES = 1 << 25
+"""A mesh is refined less often than asked if that made more triangles."""
+
+
+def refined(
+    points: FloatArray,
+    polygons: Polygons,
+    scheme: str,
+    prim: Any,
+    clock: Clock,
+    report: Report,
+    options: StageOptions,
+) -> tuple[FloatArray, Polygons]:
+    """Points and polygons of the limit surface of a mesh prim.
+
+    The polygons' `faces` are still those of the prim; all but the first points are new.
+    """
+    polygons = polygons.distinct()
+    path = prim.GetPath()
+    if scheme == "loop" and (polygons.counts != 3).any():
+        message = "faces of a `loop` mesh that are no triangles are cut into triangles first"
+        report.add("usd-subdivision", message, path)
+        found = triangulate(points, polygons.counts, polygons.corners)
+        corners, faces = found.triangles.ravel(), polygons.faces[found.rows]
+        polygons = Polygons(np.full(len(faces), 3), corners, faces, polygons.dropped)
+        polygons = polygons.distinct()
+    if not len(polygons.counts):
+        return points, polygons
+    boundary = clock.token(prim.GetAttribute("interpolateBoundary"))
+    if boundary not in BOUNDARIES:
+        message = f"`interpolateBoundary = {boundary!r}` is not known: `edgeAndCorner` is used"
+        report.add("usd-subdivision", message, path)
+        boundary = "edgeAndCorner"
+    if scheme == "bilinear":
+        boundary = "edgeOnly"
+    surface = limit_surface(
+        cage(
+            len(points),
+            polygons.counts,
+            polygons.corners,
+            boundary=BOUNDARIES[boundary],
+            creases=_creases(prim, len(points), clock, report),
+        ),
+        points,
+        SCHEMES[scheme],
+        _level(len(polygons.corners), options, path, report),
+        smooth_triangles=clock.token(prim.GetAttribute("triangleSubdivisionRule")) == "smooth",
+    )
+    faces = polygons.faces[surface.faces]
+    return surface.points, Polygons(surface.counts, surface.corners, faces, polygons.dropped)
+
+
+def _level(corners: int, options: StageOptions, path: Any, report: Report) -> int:
+    if options.complexity is None:
+        return next((level for faces, level in BUDGET if corners <= 4 * faces), 0)
+    level = asked = LEVELS[options.complexity]
+    while level > 0 and 2 * corners * 4 ** (level - 1) > MAX_TRIANGLES:
+        level -= 1
+    if level < asked:
+        message = f"a mesh is refined {level} times instead of {asked}, for its many faces"
+        report.add("usd-subdivision", message, path)
+    return level
+
+
+def _creases(prim: Any, count: int, clock: Clock, report: Report) -> Creases:
+    edges, edge_sharpness = _crease_edges(prim, count, clock, report)
+    points = clock.integers(prim.GetAttribute("cornerIndices"))
+    sharpness = _numbers(prim.GetAttribute("cornerSharpnesses"), clock)
+    if points is None or not len(points):
+        points, sharpness = np.empty(0, np.int64), np.empty(0)
+    elif len(sharpness) != len(points):
+        _ignored(report, prim, "corners whose indices and sharpnesses differ in number")
+        points, sharpness = np.empty(0, np.int64), np.empty(0)
+    sound = (points >= 0) & (points < count)
+    if not sound.all():
+        _ignored(report, prim, "corners at points that do not exist")
+    return Creases(edges, edge_sharpness, points[sound], sharpness[sound])
+
+
+def _crease_edges(
+    prim: Any, count: int, clock: Clock, report: Report
+) -> tuple[IntArray, FloatArray]:
+    """Pairs of points along all creases, and their sharpness: one per crease, or per pair."""
+    none = np.empty((0, 2), np.int64), np.empty(0)
+    indices = clock.integers(prim.GetAttribute("creaseIndices"))
+    lengths = clock.integers(prim.GetAttribute("creaseLengths"))
+    sharpness = _numbers(prim.GetAttribute("creaseSharpnesses"), clock)
+    if indices is None or not len(indices):
+        return none
+    if lengths is None or (lengths < 2).any() or lengths.sum() != len(indices):
+        _ignored(report, prim, "creases whose lengths do not fit their indices")
+        return none
+    crease = np.repeat(np.arange(len(lengths)), lengths)
+    first = np.flatnonzero(crease[:-1] == crease[1:])
+    if len(sharpness) == len(lengths):
+        sharpness = sharpness[crease[first]]
+    elif len(sharpness) != len(first):
+        _ignored(report, prim, "creases whose sharpnesses do not fit their lengths")
+        return none
+    pairs = np.stack((indices[first], indices[first + 1]), axis=1)
+    sound = ((pairs >= 0) & (pairs < count)).all(axis=1)
+    if not sound.all():
+        _ignored(report, prim, "creases through points that do not exist")
+    return pairs[sound], sharpness[sound]
+
+
+def _numbers(attribute: Any, clock: Clock) -> FloatArray:
+    """Sharpnesses `(n,)` within 0 and infinite; what is not a number is smooth."""
+    value = clock.value(attribute)
+    array = np.atleast_1d(np.asarray(value)) if value is not None else np.empty(0)
+    if array.ndim != 1 or array.dtype.kind not in "fiu":
+        return np.empty(0)
+    numbers = np.nan_to_num(array.astype(np.float64), nan=0.0, posinf=INFINITE, neginf=0.0)
+    return np.asarray(np.clip(numbers, 0.0, INFINITE))
+
+
+def _ignored(report: Report, prim: Any, what: str) -> None:
+    report.add("usd-subdivision", f"{what} are ignored", prim.GetPath())

@@ -1,0 +1,88 @@
+"""Mesh prims as triangulated surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compiler.usd.clock import Clock
+from compiler.usd.options import StageOptions
+from compiler.usd.polygons import triangulate, usable_faces
+from compiler.usd.refinement import SCHEMES, refined
+from compiler.usd.report import Report
+from dsl.scene import FloatArray, IntArray, Mesh
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshSurface:
+    """A triangulated mesh that still knows its faces.
+
+    `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
+    `face_count` the number of faces that the prim lists.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    faces: IntArray
+    face_count: int
+
+    def part(self, chosen: IntArray | None = None) -> Mesh:
+        """The mesh of the chosen triangles (all by default), with the points they use only."""
+        triangles = self.triangles if chosen is None else self.triangles[chosen]
+        used = np.zeros(len(self.points), bool)
+        used[triangles] = True
+        if used.all():
+            return Mesh(self.points, triangles)
+        renumbered = np.cumsum(used) - 1
+        return Mesh(self.points[used], renumbered[triangles])
+
+
+def read_mesh(prim: Any, clock: Clock, report: Report, options: StageOptions) -> MeshSurface | None:
+    """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
+
+    Subdivision meshes are refined to their limit surface (see `compiler.usd.refinement`). Normals
+    of triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left out,
+    but shape those around them.
+    """
+    path = prim.GetPath()
+    points = clock.vectors(prim.GetAttribute("points"), 3)
+    counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
+    indices = clock.integers(prim.GetAttribute("faceVertexIndices"))
+    for name, array in (
+        ("points", points),
+        ("faceVertexCounts", counts),
+        ("faceVertexIndices", indices),
+    ):
+        value = None if array is not None else clock.value(prim.GetAttribute(name))
+        if value is not None and np.size(value):
+            message = f"a mesh whose `{name}` have the wrong type draws nothing"
+            report.add("usd-mesh", message, path)
+            return None
+    if points is None or counts is None or indices is None or not len(counts):
+        report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
+        return None
+    polygons = usable_faces(points, counts, indices)
+    scheme = clock.token(prim.GetAttribute("subdivisionScheme"))
+    if scheme not in SCHEMES and scheme != "none":
+        message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
+        report.add("usd-subdivision", message, path)
+    elif scheme in SCHEMES and options.complexity != "low":
+        points, polygons = refined(points, polygons, scheme, prim, clock, report, options)
+    for reason, number in polygons.dropped.items():
+        report.add("usd-mesh", f"{number} faces {reason} are left out", path)
+    found = triangulate(points, polygons.counts, polygons.corners)
+    triangles, faces = found.triangles, polygons.faces[found.rows]
+    holes = clock.integers(prim.GetAttribute("holeIndices"))
+    if holes is not None and len(holes):
+        kept = ~np.isin(faces, holes)
+        triangles, faces = triangles[kept], faces[kept]
+    if not len(triangles):
+        report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
+        return None
+    if prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue():
+        report.add("usd-mesh", "skinned meshes are drawn in their rest pose", path)
+    if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    return MeshSurface(points, triangles, faces, len(counts))
