@@ -330,3 +330,100 @@ fn partition(items: &mut [Item], keep: impl Fn(&Item) -> bool) -> usize {
     }
     front
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Walks a tree; asserts that every box of a parent holds those of its children, and returns
+    /// how often each item came up and the number of levels.
+    fn walk(tree: &Tree, bounds: &[Bounds], leaves: &[Vec<u32>]) -> (Vec<u32>, usize) {
+        let mut seen = vec![0; bounds.len()];
+        let mut deepest = 0;
+        let everything = NormalBounds {
+            lower: [-2.0; 3],
+            upper: [2.0; 3],
+        };
+        let mut stack = vec![(0, everything, 1)];
+        while let Some((index, around, depth)) = stack.pop() {
+            deepest = deepest.max(depth);
+            let node: &Node = &tree.nodes[index];
+            for (i, child) in node.children.iter().enumerate() {
+                let own = NormalBounds {
+                    lower: std::array::from_fn(|axis| node.planes[axis][i]),
+                    upper: std::array::from_fn(|axis| node.planes[axis + 3][i]),
+                };
+                if own.lower[0] > own.upper[0] {
+                    continue;
+                }
+                assert_eq!(around.union(&own), around);
+                if !child.is_leaf() {
+                    stack.push((child.number() as usize, own, depth + 1));
+                    continue;
+                }
+                for &item in &leaves[child.number() as usize] {
+                    seen[item as usize] += 1;
+                    let item = tree.space.normalize(&bounds[item as usize]);
+                    assert_eq!(own.union(&item), own);
+                }
+            }
+        }
+        (seen, deepest)
+    }
+
+    fn check(bounds: &[Bounds], leaf_size: usize) -> (Tree, usize) {
+        let mut leaves: Vec<Vec<u32>> = Vec::new();
+        let tree = build(bounds, leaf_size, |leaf| {
+            assert!((1..=leaf_size).contains(&leaf.len()));
+            leaves.push(leaf.to_vec());
+            leaves.len() as u32 - 1
+        });
+        let (seen, deepest) = walk(&tree, bounds, &leaves);
+        assert!(seen.iter().all(|&times| times == 1));
+        (tree, deepest)
+    }
+
+    fn cube(center: [f64; 3], half: f64) -> Bounds {
+        Bounds {
+            lower: center.map(|x| x - half),
+            upper: center.map(|x| x + half),
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_item_is_in_one_leaf_inside_all_boxes_above(
+            boxes in prop::collection::vec(([-9.0..9.0f64, -9.0..9.0, -9.0..9.0], 0.0..1.0f64), 1..300),
+            leaf_size in 1..=LARGEST_LEAF,
+        ) {
+            let bounds: Vec<Bounds> = boxes.iter().map(|&(center, half)| cube(center, half)).collect();
+            check(&bounds, leaf_size);
+        }
+    }
+
+    #[test]
+    fn nodes_are_well_filled_and_parallel_parts_join() {
+        let n = 20_000;
+        let bounds: Vec<Bounds> = (0..n)
+            .map(|i| cube([7, 11, 13].map(|k| f64::from(i * k % 9973)), 5.0))
+            .collect();
+        let (tree, deepest) = check(&bounds, 1);
+        assert!(
+            tree.nodes.len() < n as usize / 4,
+            "{} nodes",
+            tree.nodes.len()
+        );
+        assert!(deepest <= 12, "{deepest} levels");
+    }
+
+    #[test]
+    fn hostile_boxes_do_not_make_deep_trees() {
+        let shrinking: Vec<Bounds> = (0..3000)
+            .map(|i| cube([libm::exp2(-f64::from(i % 1000)), 0.0, 0.0], 0.0))
+            .collect();
+        assert!(check(&shrinking, 1).1 < 60);
+        let same = vec![cube([1.0; 3], 1.0); 5000];
+        assert!(check(&same, 1).1 <= 8);
+    }
+}

@@ -1,1 +1,308 @@
+//! Traversal against brute force: every way of bundling on every instruction set.
+use proptest::prelude::*;
 
+use super::{Bundling, Nearest, Precision};
+use crate::lanes::InstructionSet;
+use crate::ray::{Hit, Ray, Trace};
+use crate::scene::{Affine, Scene, SceneArrays};
+
+/// One-level scenes of instances of a sphere, a box, a plane and a mesh.
+#[derive(Clone, Debug)]
+struct Instance {
+    prototype: i32,
+    angle: f64,
+    scale: [f64; 3],
+    place: [f64; 3],
+}
+
+const SPHERE: i32 = 0;
+const BOX: i32 = 1;
+const MESH: i32 = 2;
+const PLANE: i32 = 3;
+
+fn matrices(instance: &Instance, unit: f64) -> (Affine, Affine) {
+    let (sin, cos) = (libm::sin(instance.angle), libm::cos(instance.angle));
+    let turn = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
+    let place = instance.place.map(|x| x * unit);
+    let forward = std::array::from_fn(|i| {
+        let entry = |j: usize| turn[i][j] * instance.scale[j] * unit;
+        [entry(0), entry(1), entry(2), place[i]]
+    });
+    let back = std::array::from_fn(|i| {
+        let entry = |j: usize| turn[j][i] / (instance.scale[i] * unit);
+        let moved = (0..3).map(|j| entry(j) * place[j]).sum::<f64>();
+        [entry(0), entry(1), entry(2), -moved]
+    });
+    (forward, back)
+}
+
+fn arrays(instances: &[Instance], unit: f64) -> SceneArrays {
+    let (forward, back): (Vec<_>, Vec<_>) = instances
+        .iter()
+        .map(|instance| matrices(instance, unit))
+        .unzip();
+    let n = instances.len();
+    SceneArrays {
+        prototype_kind: vec![0, 1, 11, 7],
+        prototype_data: vec![0, 1, 0, 0],
+        shape_parameters: vec![1.0, -1.0, -0.5, -0.75, 1.0, 0.5, 0.75, 0.0],
+        mesh_ranges: vec![[0, 5, 0, 6]],
+        mesh_points: vec![
+            [1.0, 0.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.0, -1.0],
+            [0.0, 0.0, 1.0],
+            [0.5, 0.9, -0.2],
+        ]
+        .into(),
+        mesh_triangles: vec![
+            [0, 1, 2],
+            [0, 3, 1],
+            [1, 3, 2],
+            [2, 3, 0],
+            [0, 4, 3],
+            [1, 4, 0],
+        ]
+        .into(),
+        group_ranges: vec![[0, n as i64]],
+        instance_target: instances
+            .iter()
+            .map(|i| i.prototype)
+            .collect::<Vec<_>>()
+            .into(),
+        world_from_object: forward.into(),
+        object_from_world: back.into(),
+        instance_material: vec![-1; n].into(),
+        ..SceneArrays::default()
+    }
+}
+
+fn scene<F: Precision>(arrays: SceneArrays, set: InstructionSet) -> Scene<F> {
+    Scene::new(arrays, set).unwrap()
+}
+
+fn nearest<F: Precision>(scene: &Scene<F>, rays: &[Ray], bundling: Bundling) -> Vec<Nearest> {
+    struct Found(Vec<Nearest>);
+    impl<F: Precision> super::Answers<F> for &mut Found {
+        fn set(&mut self, _: &Scene<F>, i: usize, _: &Ray, nearest: Nearest) {
+            assert_eq!(i, self.0.len());
+            self.0.push(nearest);
+        }
+    }
+    let mut found = Found(Vec::new());
+    scene.batch::<false>(rays, bundling, &mut found);
+    found.0
+}
+
+/// Each instance in a scene of its own, the best taken.
+fn brute_force<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) -> Vec<Nearest> {
+    let mut best: Vec<Nearest> = rays.iter().map(|ray| Nearest::none(ray.t_max)).collect();
+    for (leaf, instance) in instances.iter().enumerate() {
+        let alone = arrays(std::slice::from_ref(instance), unit);
+        let alone = scene::<F>(alone, InstructionSet::Portable);
+        for (best, found) in best.iter_mut().zip(nearest(&alone, rays, Bundling::Never)) {
+            if found.leaf == 0 {
+                best.offer(found.t, leaf as i64, found.triangle);
+            }
+        }
+    }
+    best
+}
+
+fn check<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) {
+    let expected = brute_force::<F>(instances, unit, rays);
+    for set in InstructionSet::available() {
+        let scene = scene::<F>(arrays(instances, unit), set);
+        for bundling in [Bundling::Never, Bundling::Always, Bundling::Coherent] {
+            let found = nearest(&scene, rays, bundling);
+            assert_eq!(found, expected, "{} {bundling:?}", set.name());
+        }
+        let mut occluded = vec![false; rays.len()];
+        scene.occluded(rays, &mut occluded);
+        let expected: Vec<bool> = expected.iter().map(|nearest| nearest.leaf >= 0).collect();
+        assert_eq!(occluded, expected, "{}", set.name());
+    }
+}
+
+fn an_instance() -> impl Strategy<Value = Instance> {
+    let scale = prop_oneof![4 => 0.1..2.0f64, 1 => -2.0..-0.1f64, 1 => Just(1e-5)];
+    (
+        prop_oneof![4 => Just(SPHERE), 4 => Just(BOX), 4 => Just(MESH), 1 => Just(PLANE)],
+        prop_oneof![Just(0.0), 0.0..6.3f64],
+        [scale.clone(), scale.clone(), scale],
+        // Few places, so that some instances coincide.
+        [-3i32..4, -3i32..4, -3i32..4],
+    )
+        .prop_map(|(prototype, angle, scale, place)| Instance {
+            prototype,
+            angle,
+            scale,
+            place: place.map(f64::from),
+        })
+}
+
+fn some_rays() -> impl Strategy<Value = Vec<Ray>> {
+    let number = prop_oneof![3 => -5.0..5.0f64, 1 => Just(0.0), 1 => Just(1.0)];
+    let vector = [number.clone(), number.clone(), number];
+    let ray = (
+        vector.clone(),
+        vector,
+        prop_oneof![3 => Just(f64::INFINITY), 1 => 0.0..9.0f64],
+    );
+    let ray = ray.prop_map(|(origin, direction, t_max)| Ray {
+        origin,
+        direction,
+        t_min: 0.0,
+        t_max,
+    });
+    prop::collection::vec(ray, 1..40)
+}
+
+/// Rays as from a camera, some exactly along an axis.
+fn coherent_rays(origin: [f64; 3], towards: [f64; 3], spread: f64) -> Vec<Ray> {
+    (0..50)
+        .map(|i| {
+            let (x, y) = (f64::from(i % 8) - 4.0, f64::from(i / 8) - 4.0);
+            Ray {
+                origin,
+                direction: [towards[0] + spread * x, towards[1] + spread * y, towards[2]],
+                t_min: 0.0,
+                t_max: f64::INFINITY,
+            }
+        })
+        .collect()
+}
+
+fn scaled(rays: &[Ray], unit: f64) -> Vec<Ray> {
+    let scale = |v: [f64; 3]| v.map(|x| x * unit);
+    rays.iter()
+        .map(|ray| Ray {
+            origin: scale(ray.origin),
+            direction: scale(ray.direction),
+            ..*ray
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn any_order_finds_what_brute_force_finds(
+        instances in prop::collection::vec(an_instance(), 1..24),
+        rays in some_rays(),
+        exponent in prop_oneof![Just(0), Just(-100), Just(100)],
+    ) {
+        let unit = crate::bvh::power_of_two(exponent);
+        check::<f32>(&instances, unit, &scaled(&rays, unit));
+        check::<f64>(&instances, unit, &scaled(&rays, unit));
+    }
+
+    #[test]
+    fn packets_find_what_brute_force_finds(
+        instances in prop::collection::vec(an_instance(), 1..24),
+        origin in [-9.0..9.0f64, -9.0..9.0, 5.0..9.0],
+        spread in prop_oneof![Just(0.0), Just(0.02), Just(0.2)],
+        far in prop_oneof![Just(0.0), Just(1e6), Just(1e9)],
+    ) {
+        let towards = origin.map(|x| -x);
+        let mut rays = coherent_rays(origin, towards, spread);
+        for ray in &mut rays {
+            for i in 0..3 {
+                ray.origin[i] -= far * ray.direction[i];
+            }
+        }
+        check::<f32>(&instances, 1.0, &rays);
+        check::<f64>(&instances, 1.0, &rays);
+    }
+}
+
+#[test]
+fn coherent_rays_are_bundled_and_others_are_not() {
+    let sphere = Instance {
+        prototype: SPHERE,
+        angle: 0.0,
+        scale: [1.0; 3],
+        place: [0.0; 3],
+    };
+    let scene = scene::<f32>(arrays(&[sphere], 1.0), InstructionSet::Portable);
+    let rays = coherent_rays([0.0, 0.0, 9.0], [0.0, 0.0, -9.0], 0.01);
+    assert!(super::are_coherent(&scene, &rays[..16]));
+    let opposite = [
+        rays[0],
+        Ray {
+            direction: [0.0, 0.0, 1.0],
+            ..rays[0]
+        },
+    ];
+    assert!(!super::are_coherent(&scene, &opposite));
+    let apart = [
+        rays[0],
+        Ray {
+            origin: [5.0, 0.0, 9.0],
+            ..rays[0]
+        },
+    ];
+    assert!(!super::are_coherent(&scene, &apart));
+}
+
+/// Rays that leave the surface at its offset, outwards and inwards along the normal.
+fn leaving(hit: &Hit) -> [Ray; 2] {
+    [1.0, -1.0].map(|side| Ray {
+        origin: std::array::from_fn(|i| {
+            (side * hit.offset).mul_add(hit.normal[i], hit.position[i])
+        }),
+        direction: hit.normal.map(|x| side * x),
+        t_min: 0.0,
+        t_max: f64::INFINITY,
+    })
+}
+
+fn offsets_clear_the_surface<F: Precision>(unit: f64, far: f64) {
+    let instance = Instance {
+        prototype: SPHERE,
+        angle: 0.5,
+        scale: [1.0, 3.0, 0.3],
+        place: [far, -far, 0.5 * far],
+    };
+    for prototype in [SPHERE, BOX] {
+        let instance = Instance {
+            prototype,
+            ..instance.clone()
+        };
+        let scene = scene::<F>(arrays(&[instance], unit), InstructionSet::available()[0]);
+        let center = [far, -far, 0.5 * far];
+        for i in 0..200 {
+            let angle = f64::from(i);
+            let away = [
+                libm::cos(angle) * 5.0,
+                libm::sin(angle) * 5.0,
+                f64::from(i % 7) - 3.0,
+            ];
+            let ray = Ray {
+                origin: std::array::from_fn(|i| (center[i] + away[i]) * unit),
+                direction: away.map(|x| -x * unit),
+                t_min: 0.0,
+                t_max: f64::INFINITY,
+            };
+            let mut hits = [Hit::MISS; 1];
+            scene.closest(&[ray], &mut hits);
+            if hits[0].instance < 0 {
+                continue;
+            }
+            let mut occluded = [false; 2];
+            scene.occluded(&leaving(&hits[0]), &mut occluded);
+            assert_eq!(occluded, [false, true], "unit {unit}, far {far}, ray {i}");
+        }
+    }
+}
+
+#[test]
+fn rays_leave_surfaces_without_hitting_them_again() {
+    for unit in [1e-18, 1.0, 1e18] {
+        for far in [0.0, 1e3, 1e9] {
+            offsets_clear_the_surface::<f32>(unit, far);
+            offsets_clear_the_surface::<f64>(unit, far);
+        }
+    }
+}
