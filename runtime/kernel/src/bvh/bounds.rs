@@ -113,13 +113,18 @@ impl NormalSpace {
         }
     }
 
+    /// A point of this space.
+    pub fn to_normal(&self, p: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| (p[i] - self.center[i]) * self.scale)
+    }
+
     /// A box of this space, rounded outward: subtraction and conversion err by less than the one
     /// f32 step that is taken.
     pub fn normalize(&self, bounds: &Bounds) -> NormalBounds {
-        let to_normal = |x: f64, i: usize| ((x - self.center[i]) * self.scale) as f32;
+        let (lower, upper) = (self.to_normal(bounds.lower), self.to_normal(bounds.upper));
         NormalBounds {
-            lower: std::array::from_fn(|i| to_normal(bounds.lower[i], i).next_down()),
-            upper: std::array::from_fn(|i| to_normal(bounds.upper[i], i).next_up()),
+            lower: lower.map(|x| (x as f32).next_down()),
+            upper: upper.map(|x| (x as f32).next_up()),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! `Kernel.trace` and `Kernel.occluded`: ray batches from arrays to arrays.
-use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -176,11 +176,12 @@ fn run(
     py.check_signals()
 }
 
-fn slice_of<'a, T: Element, D: numpy::ndarray::Dimension>(
-    array: &'a Bound<'_, PyArray<T, D>>,
-) -> PyResult<&'a mut [T]> {
-    // SAFETY: the array was made by us just now; nobody else knows it yet.
-    Ok(unsafe { array.as_slice_mut() }?)
+/// The numbers of an array that was made just now.
+macro_rules! slice_of {
+    ($array:expr) => {
+        // SAFETY: nobody else knows the array yet.
+        unsafe { $array.as_slice_mut() }?
+    };
 }
 
 pub(super) fn closest<'py>(
@@ -198,12 +199,12 @@ pub(super) fn closest<'py>(
     let prototype = PyArray1::<i32>::zeros(py, n, false);
     let material = PyArray1::<i32>::zeros(py, n, false);
     let mut rest = Hits {
-        t: slice_of(&t)?,
-        normal: slice_of(&normal)?,
-        position: slice_of(&position)?,
-        instance: slice_of(&instance)?,
-        prototype: slice_of(&prototype)?,
-        material: slice_of(&material)?,
+        t: slice_of!(t),
+        normal: slice_of!(normal),
+        position: slice_of!(position),
+        instance: slice_of!(instance),
+        prototype: slice_of!(prototype),
+        material: slice_of!(material),
     };
     let pool = pool(threads)?;
     for start in (0..n).step_by(POLL) {
@@ -238,7 +239,7 @@ pub(super) fn occluded<'py>(
     let n = slices.origins.len();
     let answers = PyArray1::<bool>::zeros(py, n, false);
     let pool = pool(threads)?;
-    for (poll, part) in slice_of(&answers)?.chunks_mut(POLL).enumerate() {
+    for (poll, part) in slice_of!(answers).chunks_mut(POLL).enumerate() {
         run(py, pool.as_ref(), || {
             part.par_chunks_mut(BATCH)
                 .enumerate()

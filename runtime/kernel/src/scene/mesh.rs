@@ -89,8 +89,7 @@ impl<F: Scalar> Mesh<F> {
                 for (lane, &triangle) in leaf.iter().enumerate() {
                     block.triangles[lane] = triangle;
                     for (corner, p) in corners(triangle).into_iter().enumerate() {
-                        for axis in 0..3 {
-                            let x = (p[axis] - tree.space.center[axis]) * tree.space.scale;
+                        for (axis, x) in tree.space.to_normal(p).into_iter().enumerate() {
                             block.corners[corner][axis][lane] = F::from_f64(x);
                         }
                     }

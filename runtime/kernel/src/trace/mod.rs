@@ -74,20 +74,21 @@ fn are_coherent<F: Precision>(scene: &Scene<F>, rays: &[Ray]) -> bool {
         return false;
     }
     let space = &scene.groups[0].tree.space;
-    let mut ends = [[f64::INFINITY; 6], [f64::NEG_INFINITY; 6]];
+    let mut least = [f64::INFINITY; 6];
+    let mut greatest = [f64::NEG_INFINITY; 6];
     for ray in rays {
-        let d = ray.direction;
-        let largest = d[0].abs().max(d[1].abs()).max(d[2].abs());
-        for i in 0..3 {
-            for (k, x) in [(i, d[i] / largest), (i + 3, ray.origin[i])] {
-                ends[0][k] = ends[0][k].min(x);
-                ends[1][k] = ends[1][k].max(x);
-            }
+        let [u, v, w] = ray.direction;
+        let per_largest = 1.0 / u.abs().max(v.abs()).max(w.abs());
+        let [x, y, z] = ray.origin;
+        let numbers = [u * per_largest, v * per_largest, w * per_largest, x, y, z];
+        for (i, number) in numbers.into_iter().enumerate() {
+            least[i] = least[i].min(number);
+            greatest[i] = greatest[i].max(number);
         }
     }
     (0..3).all(|i| {
-        ends[1][i] - ends[0][i] <= DIRECTION_SPREAD
-            && (ends[1][i + 3] - ends[0][i + 3]) * space.scale <= ORIGIN_SPREAD
+        greatest[i] - least[i] <= DIRECTION_SPREAD
+            && (greatest[i + 3] - least[i + 3]) * space.scale <= ORIGIN_SPREAD
     })
 }
 

@@ -145,13 +145,16 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let idle = rays[rays.len() - 1];
         let mut columns = [[0.0; MAX_WIDTH]; 8];
         for lane in 0..Self::WIDTH {
-            let ray = rays.get(lane).unwrap_or(&idle);
-            for axis in 0..3 {
-                columns[axis][lane] = ray.origin[axis];
-                columns[axis + 3][lane] = ray.direction[axis];
+            let &Ray {
+                origin: [x, y, z],
+                direction: [u, v, w],
+                t_min,
+                t_max,
+            } = rays.get(lane).unwrap_or(&idle);
+            let row = [x, y, z, u, v, w, t_min, t_max];
+            for (column, number) in columns.iter_mut().zip(row) {
+                column[lane] = number;
             }
-            columns[6][lane] = ray.t_min;
-            columns[7][lane] = ray.t_max;
         }
         self.t_min = load_halves::<I>(&columns[6]);
         self.best = Best {
