@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 SHELL := /bin/bash
 export PATH := $(HOME)/.local/bin:$(HOME)/.cargo/bin:$(PATH)
-export UV_LINK_MODE ?= hardlink
+export UV_COMPILE_BYTECODE := 1
 CARGO := cargo --config 'term.quiet=true'
 KERNEL := runtime/kernel
 RUN := uv run --no-sync

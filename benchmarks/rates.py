@@ -11,7 +11,7 @@ import os
 import statistics
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks import scenes
 from compiler.flatten import flatten
-from dsl.scene import FloatArray, SceneGraph
+from dsl.scene import FloatArray, Precision, SceneGraph
 from runtime.tracer import Tracer
 
 RAYS = 3200 * 3128
@@ -70,12 +70,15 @@ WORKLOADS = (
 
 
 def measure(
-    precision: str = "float32", threads: int = 1, repeat: int = 3, rays: int = RAYS
+    workloads: Iterable[Workload],
+    precision: Precision = "float32",
+    threads: int = 1,
+    repeat: int = 3,
+    rays: int = RAYS,
 ) -> Iterator[Rate]:
     """Our rates and Embree's, alternating, for every workload, kind of rays and query."""
-    for load in WORKLOADS:
-        ir, _ = flatten(load.make())
-        tracer = Tracer(ir, precision, threads=threads)  # type: ignore[arg-type]
+    for load in workloads:
+        tracer = prepared(load.make(), precision, threads)
         origins, directions = load.view.rays()
         batches = {
             "camera": (origins[:rays], directions[:rays]),
@@ -96,6 +99,13 @@ def measure(
                 for kernel in {p.who for p in theirs}:
                     same = [p for p in theirs if p.who == kernel]
                     yield sorted(same, key=lambda p: p.mrays)[len(same) // 2]
+
+
+def prepared(graph: SceneGraph, precision: Precision = "float32", threads: int = 1) -> Tracer:
+    """A tracer of a benchmark scene, which names no files and has no faults."""
+    ir = flatten(graph, lambda file: (None, [])).ir
+    assert ir is not None
+    return Tracer(ir, precision, threads=threads)
 
 
 def bounce(

@@ -187,7 +187,7 @@ def _welded(points: FloatArray, faces: IntArray) -> IntArray:
 
 
 def cloud(count: int, *, triangles: bool) -> SceneGraph:
-    """S4: randomly turned and stretched spheres, or 1 280-triangle meshes, in a cube of side 200."""
+    """S4: randomly turned and stretched spheres, or 1 280-triangle meshes, in a cube."""
     child: Node = icosphere(3) if triangles else SPHERE
     return SceneGraph(_scattered(child, count, 100.0, 0.25, 0.75, 4), "cloud")
 
