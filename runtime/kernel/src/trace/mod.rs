@@ -16,7 +16,7 @@ pub use precision::Precision;
 use self::packet::Packet;
 use self::single::Single;
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Task, dispatch};
+use crate::lanes::{Isa, Lanes, Task, dispatch};
 use crate::ray::{Hit, Ray, Trace};
 use crate::scene::Scene;
 
@@ -78,12 +78,12 @@ fn are_coherent<F: Precision>(scene: &Scene<F>, rays: &[Ray]) -> bool {
     let mut greatest = [f64::NEG_INFINITY; 6];
     for ray in rays {
         let [u, v, w] = ray.direction;
-        let per_largest = 1.0 / u.abs().max(v.abs()).max(w.abs());
+        let per_largest = 1.0 / Lanes::max(u.abs(), Lanes::max(v.abs(), w.abs()));
         let [x, y, z] = ray.origin;
         let numbers = [u * per_largest, v * per_largest, w * per_largest, x, y, z];
         for (i, number) in numbers.into_iter().enumerate() {
-            least[i] = least[i].min(number);
-            greatest[i] = greatest[i].max(number);
+            least[i] = Lanes::min(number, least[i]);
+            greatest[i] = Lanes::max(number, greatest[i]);
         }
     }
     (0..3).all(|i| {

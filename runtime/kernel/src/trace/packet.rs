@@ -290,7 +290,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let node = &level.content.tree().nodes[child.number() as usize];
         let nowhere = I::F32::splat(f32::NAN);
         let base = self.stack.len();
-        let mut first = [0.0; WIDTH];
         for i in 0..WIDTH {
             if node.planes[0][i] > node.planes[3][i] {
                 break;
@@ -319,15 +318,22 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             let met = near.le(far) & active;
             if met.any() {
                 let near = I::F32::select(met, near, nowhere);
-                first[self.stack.len() - base] = near.horizontal_min();
                 self.stack.push(Entry {
                     near,
                     child: node.children[i],
                 });
             }
         }
+        let pushed = self.stack.len() - base;
+        if pushed < 2 {
+            return;
+        }
         // Sort by insertion: there seldom are more than three.
-        for i in 1..self.stack.len() - base {
+        let mut first = [0.0; WIDTH];
+        for (first, entry) in first.iter_mut().zip(&self.stack[base..]) {
+            *first = entry.near.horizontal_min();
+        }
+        for i in 1..pushed {
             let mut j = i;
             while j > 0 && first[j] > first[j - 1] {
                 first.swap(j, j - 1);
