@@ -1,18 +1,21 @@
 """The native kernel: a flat scene in, hits and films out. Built from `runtime/kernel`."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler.ir import SceneIR
 
+__all__ = ["Kernel", "__version__", "instruction_sets"]
+
 __version__: str
 
 def instruction_sets() -> list[str]:
     """Names of the instruction sets this CPU can run, best first; the last is "portable"."""
 
+@final
 class Kernel:
     """A scene prepared for tracing; immutable and safe to share between threads.
 
