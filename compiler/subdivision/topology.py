@@ -100,7 +100,7 @@ class Topology:
 
     def _half(self, edges: IntArray) -> IntArray:
         """The half of an edge that is at a corner's point, for each corner."""
-        return 2 * edges + (self.edges[edges, 1] == self.corners)
+        return np.asarray(2 * edges + (self.edges[edges, 1] == self.corners))
 
     def _halves(self) -> IntArray:
         middle = self.point_count + np.arange(len(self.edges))

@@ -2,7 +2,8 @@
 
 A point of instance i is placed by prototype root, scale, orientation, position, instancer, in this
 order (UsdGeomPointInstancer). There is one batch per prototype, in the order of the `prototypes`
-relationship; its rows are in the order of the instancer's arrays.
+relationship; its rows are in the order of the instancer's arrays. Instances that their scale
+presses flat come after it.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
+from compiler.usd.sheets import pressed
 from compiler.usd.xform import unit_quaternions
-from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Step, StepKind, Transform
+from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Origin, Step, StepKind, Transform
 
 if TYPE_CHECKING:
     from compiler.usd.traverse import Frame, Inherited, Traversal
@@ -48,6 +50,18 @@ class Points:
         steps.append(Step(StepKind.TRANSLATE, self.positions[chosen]))
         return tuple(steps)
 
+    @property
+    def flat(self) -> NDArray[np.bool_]:
+        """Which instances a scale presses flat `(n,)`."""
+        if self.scales is None:
+            return np.zeros(len(self.usable), bool)
+        return np.asarray(np.count_nonzero(self.scales, axis=1) == 2)
+
+    def batch(self, child: Node, chosen: IntArray, origin: Origin) -> Instances:
+        """The chosen instances of a child."""
+        indices = None if len(chosen) == len(self.usable) else chosen
+        return Instances(child, Transform(self.steps(chosen)), indices, origin)
+
 
 def point_batches(
     traversal: Traversal, prim: Any, inherited: Inherited, frame: Frame
@@ -75,9 +89,12 @@ def point_batches(
             continue
         if material is not None:
             child = Bind(child, material)
-        every = len(chosen) == len(points.usable)
-        indices = None if every else chosen
-        batches.append(Instances(child, Transform(points.steps(chosen)), indices, origin))
+        flat = points.flat[chosen]
+        if not flat.all():
+            batches.append(points.batch(child, chosen[~flat], origin))
+        if flat.any():
+            sheets = points.batch(child, chosen[flat], origin)
+            batches.append(pressed(sheets) or sheets)
     return batches
 
 

@@ -19,6 +19,7 @@ from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
+from compiler.usd.sheets import is_singular, pressed
 from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
 from dsl.spans import PrimPlace
@@ -124,7 +125,7 @@ class Traversal:
             if not items:
                 continue
             steps, reset = local_steps(visit.prim, self.clock, self.report)
-            placed = [_placed(items, steps)] if steps else items
+            placed = _placed(items, steps) if steps else items
             if reset and not visit.prim.IsPseudoRoot():
                 reset_nodes += reversed(placed)
             elif index == 0:
@@ -305,8 +306,10 @@ def _group(items: list[Node]) -> Node | None:
     return Group(tuple(items))
 
 
-def _placed(items: list[Node], steps: tuple[Step, ...]) -> Node:
+def _placed(items: list[Node], steps: tuple[Step, ...]) -> list[Node]:
     """Items under one transform; a single edge takes the steps into its own chain."""
+    placed = Instances(Group(tuple(items)), Transform(steps))
     if len(items) == 1 and isinstance(items[0], Instances):
-        return replace(items[0], transform=Transform(items[0].transform.steps + steps))
-    return Instances(Group(tuple(items)), Transform(steps))
+        placed = replace(items[0], transform=Transform(items[0].transform.steps + steps))
+    flat = pressed(placed) if is_singular(steps) else None
+    return [placed if flat is None else flat]
