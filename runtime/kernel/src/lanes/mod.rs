@@ -6,6 +6,9 @@
 //! `#[target_feature]`, so that everything inlined into it is compiled for that set.
 //! Dispatch per batch, not per ray.
 //!
+//! What is not inlined is not compiled for the set, and ten times slower. Closures are not sure to be: neither
+//! `array::map` nor a named closure may compute with lanes; functions and `axes!` and its kin may.
+//!
 //! Every operation here is an IEEE 754 operation, correctly rounded, or moves bits: all sets give
 //! the same bits for the same input (which NaN a NaN is excepted).
 //!
@@ -18,72 +21,12 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use crate::scalar::Scalar;
 
-/// `[e(0), e(1), e(2)]`: as `std::array::from_fn`, without a closure.
-///
-/// A closure is a function of its own. It is compiled for the instruction set only where the
-/// compiler happens to inline it, and else is slower by a factor of a hundred: vectors do not go
-/// through closures, nor through functions of the standard library that take them.
-macro_rules! axes {
-    (|$i:ident| $each:expr) => {{
-        let x = {
-            let $i = 0usize;
-            $each
-        };
-        let y = {
-            let $i = 1usize;
-            $each
-        };
-        let z = {
-            let $i = 2usize;
-            $each
-        };
-        [x, y, z]
-    }};
-}
-pub(crate) use axes;
-
-/// `[e(v[0]), e(v[1]), e(v[2])]`: as `v.map(…)`, without a closure; see [`axes`].
-macro_rules! each {
-    ($vector:expr, |$component:pat_param| $each:expr) => {{
-        let [x, y, z] = $vector;
-        let x = {
-            let $component = x;
-            $each
-        };
-        let y = {
-            let $component = y;
-            $each
-        };
-        let z = {
-            let $component = z;
-            $each
-        };
-        [x, y, z]
-    }};
-}
-pub(crate) use each;
-
-/// `[e(0), e(1)]`; see [`axes`].
-macro_rules! halves {
-    (|$i:ident| $each:expr) => {{
-        let low = {
-            let $i = 0usize;
-            $each
-        };
-        let high = {
-            let $i = 1usize;
-            $each
-        };
-        [low, high]
-    }};
-}
-pub(crate) use halves;
-
 mod instruction_set;
 mod portable;
 mod scalar;
 #[cfg(test)]
 mod tests;
+mod unrolled;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -93,6 +36,7 @@ mod avx512;
 mod neon;
 
 pub use instruction_set::{InstructionSet, Task, dispatch};
+pub(crate) use unrolled::{axes, each, halves};
 
 /// The largest [`Lanes::WIDTH`] there is.
 pub const MAX_WIDTH: usize = 16;
@@ -118,6 +62,15 @@ pub trait Lanes:
 
     /// The same number in all lanes.
     fn splat(x: Self::Scalar) -> Self;
+    /// Several numbers, each in all lanes of its own.
+    #[inline(always)]
+    fn splats<const N: usize>(x: [Self::Scalar; N]) -> [Self; N] {
+        let mut lanes = [Self::zero(); N];
+        for i in 0..N {
+            lanes[i] = Self::splat(x[i]);
+        }
+        lanes
+    }
     /// The first `WIDTH` numbers of a slice. Panics if it is shorter.
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the first `WIDTH` numbers of a slice. Panics if it is shorter.

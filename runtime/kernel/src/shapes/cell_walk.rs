@@ -37,14 +37,28 @@ pub(super) struct Cell<L: Lanes> {
 
 /// A solid made of cells.
 pub(super) trait Cells<F: Scalar> {
-    /// Passes the times at which rays cross borders of cells, in any order; more do no harm.
-    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, pass: impl FnMut(L));
+    /// Adds the times at which rays cross borders of cells, in any order; more do no harm.
+    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, borders: &mut Borders<L>);
     /// The cells of points p.
     fn cell<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> Cell<L>;
 }
 
-/// Room for the times of all borders.
-const BORDERS: usize = 20;
+/// As many borders as a solid may have.
+const MOST_BORDERS: usize = 20;
+
+/// The times at which rays cross borders of cells.
+pub(super) struct Borders<L> {
+    times: [L; MOST_BORDERS],
+    count: usize,
+}
+
+impl<L: Lanes> Borders<L> {
+    #[inline(always)]
+    pub fn add(&mut self, t: L) {
+        self.times[self.count] = t;
+        self.count += 1;
+    }
+}
 
 impl<L: Lanes> Cell<L> {
     /// The height of the point above the surface, up to a positive factor.
@@ -84,11 +98,10 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
     active: L::Mask,
 ) -> (L::Mask, L) {
     let (enters, entry) = first_end(ray, plain, holes, active);
-    let starts_within = holes
-        .iter()
-        .fold(active & plain.contains(ray.t_min), |within, hole| {
-            within.and_not(hole.contains(ray.t_min))
-        });
+    let mut starts_within = active & plain.contains(ray.t_min);
+    for hole in &holes {
+        starts_within = starts_within.and_not(hole.contains(ray.t_min));
+    }
     let active = enters | starts_within;
     if !active.any() {
         return (active, entry);
@@ -107,7 +120,7 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
     let end = plain.far + slack.mul_add(plain.far.abs(), slack);
     let stretch = Span {
         near: start,
-        far: end.min(ray.t_max),
+        far: end,
     };
     let mut inside = starts_within & height.lt(L::zero());
     // A ray that starts on the surface may be taken to be on the wrong side of it.
@@ -126,7 +139,8 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
 }
 
 /// Follows rays along `stretch`, which begins inside the solid or outside of it, to where that first
-/// changes. Borders beyond the stretch do not matter.
+/// changes. Borders beyond the stretch do not matter. t_max only ends the walk, or a change would depend on
+/// it in its last digit.
 #[inline(always)]
 fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
     solid: &S,
@@ -136,23 +150,23 @@ fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
     active: L::Mask,
 ) -> (L::Mask, L) {
     let half = L::splat(F::from_f64(0.5));
-    let mut borders = [stretch.far; BORDERS];
-    let mut count = 0;
-    solid.borders(ray, |t| {
-        borders[count] = t;
-        count += 1;
-    });
+    let mut borders = Borders {
+        times: [stretch.far; MOST_BORDERS],
+        count: 0,
+    };
+    solid.borders(ray, &mut borders);
     let mut running = active & stretch.exists();
     let mut start = stretch.near;
     let mut change = stretch.far;
     let mut found = L::Mask::none();
-    for _ in 0..=count {
+    for _ in 0..=borders.count {
         if !running.any() {
             break;
         }
-        let end = borders[..count].iter().fold(stretch.far, |end, &t| {
-            L::select(t.gt(start), t, end).min(end)
-        });
+        let mut end = stretch.far;
+        for &t in &borders.times[..borders.count] {
+            end = L::select(start.lt(t) & t.lt(end), t, end);
+        }
         let middle = half * (start + end);
         let cell = solid.cell(ray.at(middle), ray.d);
 
@@ -187,7 +201,7 @@ fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
             change = L::select(hit, t, L::select(already, start, change));
             found = found | hit | already;
         }
-        running = running.and_not(found) & end.lt(stretch.far);
+        running = running.and_not(found) & end.lt(stretch.far) & end.lt(ray.t_max);
         start = end;
     }
     (found, change)

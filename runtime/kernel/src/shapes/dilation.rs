@@ -11,7 +11,7 @@
 use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{RayLanes, Span};
+use super::ray_lanes::{RayLanes, Span, along};
 
 /// Newton steps after which a lane is taken as it is; four to six do unless the ray grazes.
 const STEPS: usize = 64;
@@ -26,6 +26,12 @@ pub(super) trait Dilated<F: Scalar> {
     fn distance<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> (L, L);
 }
 
+/// A solid of revolution about the y axis, by its meridian.
+pub(super) trait Revolved<F: Scalar> {
+    /// From the core's nearest point to (ρ, y), away from the axis and upwards; zero in the core.
+    fn offset<L: Lanes<Scalar = F>>(&self, rho: L, y: L) -> (L, L);
+}
+
 /// Where rays enter a solid that they are in the plain form of along a stretch.
 #[inline(always)]
 fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
@@ -38,7 +44,7 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
     let zero = L::zero();
     let b = L::splat(solid.bevel());
     let noise = L::splat(F::from_f64(8.0 * F::EPS.to_f64()));
-    let start = axes!(|i| plain.near.mul_add(d[i], o[i]));
+    let start = along(o, d, plain.near);
     let length = plain.far - plain.near;
     let mut t = zero;
     let mut running = active;
@@ -46,7 +52,7 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
     // No step may be longer than the one before: a root so flat is as good as met.
     let mut last = zero;
     for _ in 0..STEPS {
-        let p = axes!(|i| t.mul_add(d[i], start[i]));
+        let p = along(start, d, t);
         let (distance, slope) = solid.distance(p, d);
         let height = distance - b;
         let falling = slope.lt(zero);
@@ -66,16 +72,15 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
     (entered | running, plain.near + t)
 }
 
-/// δ and δ' of a solid of revolution about the y axis, from the offset of its meridian's nearest
-/// point: (ρ, y) ↦ (e_ρ, e_y), e_ρ > 0 or nothing.
+/// δ and δ' of a convex solid of revolution.
 #[inline(always)]
-pub(super) fn distance_around_axis<L: Lanes>(
-    offset: impl Fn(L, L) -> (L, L),
+pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
+    solid: &impl Revolved<F>,
     [x, y, z]: [L; 3],
     d: [L; 3],
 ) -> (L, L) {
     let rho = x.mul_add(x, z * z).sqrt();
-    let (out, up) = offset(rho, y);
+    let (out, up) = solid.offset(rho, y);
     let radial = L::select(
         out.gt(L::zero()),
         x.mul_add(d[0], z * d[2]) / rho,
@@ -87,12 +92,12 @@ pub(super) fn distance_around_axis<L: Lanes>(
 
 /// The point at distance b from the core and the normal, of a solid of revolution; `None` if p is in its core.
 pub(super) fn surface_around_axis(
-    offset: impl Fn(f64, f64) -> (f64, f64),
+    solid: &impl Revolved<f64>,
     bevel: f64,
     [x, y, z]: [f64; 3],
 ) -> Option<([f64; 3], [f64; 3])> {
     let rho = x.hypot(z);
-    let (out, up) = offset(rho, y);
+    let (out, up) = solid.offset(rho, y);
     let distance = out.hypot(up);
     let (u, w) = if rho > 0.0 {
         (x / rho, z / rho)
@@ -126,7 +131,7 @@ pub(super) fn intersect<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
         near: -plain.far,
         far: -plain.near,
     };
-    let (left, far) = entry(solid, ray.o, ray.d.map(|d| -d), reversed, behind);
+    let (left, far) = entry(solid, ray.o, axes!(|i| -ray.d[i]), reversed, behind);
     let t = L::select(behind, -far, near);
     (entered.and_not(behind.and_not(left)) & ray.accepts(t), t)
 }

@@ -75,7 +75,17 @@ pub(super) fn bounds(kind: ShapeKind, parameters: &[f64]) -> Option<[[f64; 3]; 2
         (ShapeKind::Disc, &[r]) => round(r, 0.0, 0.0),
         (ShapeKind::Box, &[x0, y0, z0, x1, y1, z1, _]) => Some([[x0, y0, z0], [x1, y1, z1]]),
         (ShapeKind::Cylinder, &[r, y0, y1, _]) => round(r, y0, y1),
-        (ShapeKind::Cone, &[r, h, _]) => round(r, 0.0, h),
+        (ShapeKind::Cone, &[r, h, bevel]) => {
+            // The core's rim and apex, and the bevel around them.
+            let side = r.hypot(h);
+            let core = (r - bevel * (side + r) / h).max(0.0);
+            let shrink = core / r;
+            round(
+                r.min(core + bevel),
+                0.0,
+                h.min(shrink.mul_add(h, 2.0 * bevel)),
+            )
+        }
         (ShapeKind::Torus, &[major, minor]) => round(major + minor, -minor, minor),
         (ShapeKind::Ring, &[_, r, y0, y1, _]) => round(r, y0, y1),
         (ShapeKind::Wedge, &[r0, r1, y0, y1, phi0, phi1, bevel]) => {

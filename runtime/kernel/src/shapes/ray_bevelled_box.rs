@@ -33,10 +33,8 @@ impl<F: Scalar> BevelledBox<F> {
     #[inline(always)]
     fn offset<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> [L; 3] {
         let zero = L::zero();
-        axes!(|i| {
-            let (low, high) = (L::splat(self.low[i]), L::splat(self.high[i]));
-            (p[i] - high).max(zero) + (p[i] - low).min(zero)
-        })
+        let (low, high) = (L::splats(self.low), L::splats(self.high));
+        axes!(|i| (p[i] - high[i]).max(zero) + (p[i] - low[i]).min(zero))
     }
 }
 
@@ -75,7 +73,7 @@ impl BevelledBox<f64> {
         }
         let normal = e.map(|x| x / distance);
         (
-            axes!(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
+            [0, 1, 2].map(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
             normal,
         )
     }

@@ -11,7 +11,7 @@
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
-use super::dilation::{self, Dilated, distance_around_axis, surface_around_axis};
+use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
 use super::ray_cone::Cone;
 use super::ray_lanes::{Intersect, RayLanes, Span};
 
@@ -44,8 +44,9 @@ impl<F: Scalar> BevelledCone<F> {
             bevel: F::from_f64(bevel),
         }
     }
+}
 
-    /// From the core's nearest point to p, away from the axis and upwards; zero inside.
+impl<F: Scalar> Revolved<F> for BevelledCone<F> {
     #[inline(always)]
     fn offset<L: Lanes<Scalar = F>>(&self, rho: L, y: L) -> (L, L) {
         let zero = L::zero();
@@ -69,12 +70,14 @@ impl<F: Scalar> Dilated<F> for BevelledCone<F> {
 
     #[inline(always)]
     fn plain<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
-        self.plain.span(ray)
+        // A flat cone reaches far beyond its bevelled form: begin near that.
+        let rim = L::splat(self.radius) + L::splat(self.bevel);
+        self.plain.span(ray).and(Span::bar(ray.o, ray.d, rim))
     }
 
     #[inline(always)]
     fn distance<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> (L, L) {
-        distance_around_axis(|rho, y| self.offset(rho, y), p, d)
+        distance_around_axis(self, p, d)
     }
 }
 
@@ -87,7 +90,6 @@ impl<F: Scalar> Intersect<F> for BevelledCone<F> {
 
 impl BevelledCone<f64> {
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        surface_around_axis(|rho, y| self.offset(rho, y), self.bevel, p)
-            .unwrap_or_else(|| self.plain.surface(p))
+        surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p))
     }
 }

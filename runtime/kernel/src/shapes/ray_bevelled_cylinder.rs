@@ -5,7 +5,7 @@
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
-use super::dilation::{self, Dilated, distance_around_axis, surface_around_axis};
+use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
 use super::ray_cylinder::Cylinder;
 use super::ray_lanes::{Intersect, RayLanes, Span};
 
@@ -27,12 +27,13 @@ impl<F: Scalar> BevelledCylinder<F> {
             bevel: F::from_f64(bevel),
         }
     }
+}
 
-    /// From the core's nearest point to p, away from the axis and upwards.
+impl<F: Scalar> Revolved<F> for BevelledCylinder<F> {
     #[inline(always)]
     fn offset<L: Lanes<Scalar = F>>(&self, rho: L, y: L) -> (L, L) {
         let zero = L::zero();
-        let [low, high] = self.y.map(L::splat);
+        let [low, high] = L::splats(self.y);
         (
             (rho - L::splat(self.radius)).max(zero),
             (y - high).max(zero) + (y - low).min(zero),
@@ -53,7 +54,7 @@ impl<F: Scalar> Dilated<F> for BevelledCylinder<F> {
 
     #[inline(always)]
     fn distance<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> (L, L) {
-        distance_around_axis(|rho, y| self.offset(rho, y), p, d)
+        distance_around_axis(self, p, d)
     }
 }
 
@@ -66,7 +67,6 @@ impl<F: Scalar> Intersect<F> for BevelledCylinder<F> {
 
 impl BevelledCylinder<f64> {
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        surface_around_axis(|rho, y| self.offset(rho, y), self.bevel, p)
-            .unwrap_or_else(|| self.plain.surface(p))
+        surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p))
     }
 }

@@ -3,11 +3,11 @@
 //! Its cells are bordered by ρ = Ri, ρ = Ro, y = l, y = h: between the radii the caps, y = y0 and y1; between the
 //! levels the walls, ρ = r0 and r1; beyond both a tube about each of the core's four circles. The rims of the bore are
 //! rounded too: they are convex edges.
-use crate::lanes::{Lanes, axes, halves};
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
-use super::cell_walk::{Cell, Cells, first_crossing};
-use super::dilation::surface_around_axis;
+use super::cell_walk::{Borders, Cell, Cells, first_crossing};
+use super::dilation::{Revolved, surface_around_axis};
 use super::ray_lanes::{Intersect, RayLanes, Span};
 use super::ray_ring::Ring;
 
@@ -51,7 +51,7 @@ impl<F: Scalar> BevelledRing<F> {
     #[inline(always)]
     pub(super) fn up<L: Lanes<Scalar = F>>(&self, y: L) -> L {
         let zero = L::zero();
-        let [low, high] = self.level.map(L::splat);
+        let [low, high] = L::splats(self.level);
         (y - high).max(zero) + (y - low).min(zero)
     }
 
@@ -64,29 +64,33 @@ impl<F: Scalar> BevelledRing<F> {
         inner: L::Mask,
     ) -> Cell<L> {
         let zero = L::zero();
-        let [low, high] = self.level.map(L::splat);
-        let pick =
-            |[inside, outside]: [F; 2]| L::select(inner, L::splat(inside), L::splat(outside));
+        let [low, high] = L::splats(self.level);
         let tube = p[1].lt(low) | p[1].gt(high);
         Cell {
             offset: [p[0], zero, p[2]],
             rate: [d[0], zero, d[2]],
-            radius: L::select(tube, L::splat(self.bevel), pick(self.wall)),
+            radius: L::select(tube, L::splat(self.bevel), pick(inner, self.wall)),
             hollow: inner,
             tube,
-            major: pick(self.core),
+            major: pick(inner, self.core),
             level: L::select(p[1].gt(high), high, low),
         }
     }
 }
 
+/// One of two numbers: the first where the mask is set.
+#[inline(always)]
+fn pick<L: Lanes>(mask: L::Mask, [yes, no]: [L::Scalar; 2]) -> L {
+    L::select(mask, L::splat(yes), L::splat(no))
+}
+
 impl<F: Scalar> Cells<F> for BevelledRing<F> {
     #[inline(always)]
-    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, mut pass: impl FnMut(L)) {
+    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, borders: &mut Borders<L>) {
         for radius in self.core {
             let bar = Span::bar(ray.o, ray.d, L::splat(radius));
-            pass(bar.near);
-            pass(bar.far);
+            borders.add(bar.near);
+            borders.add(bar.far);
         }
         let slab = Span::slab(
             ray.o[1],
@@ -94,30 +98,25 @@ impl<F: Scalar> Cells<F> for BevelledRing<F> {
             L::splat(self.level[0]),
             L::splat(self.level[1]),
         );
-        pass(slab.near);
-        pass(slab.far);
+        borders.add(slab.near);
+        borders.add(slab.far);
     }
 
     #[inline(always)]
     fn cell<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> Cell<L> {
         let zero = L::zero();
         let square = p[0].mul_add(p[0], p[2] * p[2]);
-        let [inner, outer] = halves!(|i| L::splat(self.core[i]) * L::splat(self.core[i]));
+        let [inner, outer] = L::splats(self.core);
+        let (inner, outer) = (inner * inner, outer * outer);
         let between = inner.le(square) & square.le(outer);
         let arc = self.arc(p, d, square.lt(inner));
         let up = self.up(p[1]);
         // Between the radii: the caps.
+        let cap = [zero, up, zero];
+        let cap_rate = [zero, L::select(up.eq(zero), zero, d[1]), zero];
         Cell {
-            offset: [0, 1, 2]
-                .map(|i| L::select(between, if i == 1 { up } else { zero }, arc.offset[i])),
-            rate: axes!(|i| {
-                let rate = if i == 1 {
-                    L::select(up.eq(zero), zero, d[1])
-                } else {
-                    zero
-                };
-                L::select(between, rate, arc.rate[i])
-            }),
+            offset: axes!(|i| L::select(between, cap[i], arc.offset[i])),
+            rate: axes!(|i| L::select(between, cap_rate[i], arc.rate[i])),
             radius: L::select(between, L::splat(self.bevel), arc.radius),
             hollow: arc.hollow & !between,
             tube: arc.tube & !between,
@@ -134,16 +133,20 @@ impl<F: Scalar> Intersect<F> for BevelledRing<F> {
     }
 }
 
-impl BevelledRing<f64> {
-    /// Where a point is seen from the core's meridian: away from the axis and upwards.
-    fn offset(&self, rho: f64, y: f64) -> (f64, f64) {
-        let [inner, outer] = self.core;
-        ((rho - outer).max(0.0) + (rho - inner).min(0.0), self.up(y))
+impl<F: Scalar> Revolved<F> for BevelledRing<F> {
+    #[inline(always)]
+    fn offset<L: Lanes<Scalar = F>>(&self, rho: L, y: L) -> (L, L) {
+        let (zero, [inner, outer]) = (L::zero(), L::splats(self.core));
+        (
+            (rho - outer).max(zero) + (rho - inner).min(zero),
+            self.up(y),
+        )
     }
+}
 
+impl BevelledRing<f64> {
     /// The arc's or cap's point and normal nearest to p.
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        surface_around_axis(|rho, y| self.offset(rho, y), self.bevel, p)
-            .unwrap_or_else(|| self.plain.surface(p))
+        surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p))
     }
 }

@@ -14,11 +14,11 @@
 //!
 //! The inner wall vanishes at the limit of validity, 2α = Φ; it is left out then, since a sector
 //! without width would let the opposite azimuth in.
-use crate::lanes::{Lanes, Mask, axes, halves};
+use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
-use super::cell_walk::{Cell, Cells, first_crossing};
+use super::cell_walk::{Borders, Cell, Cells, first_crossing};
 use super::dop::{difference_of_products, sum_of_products};
 use super::ray_bevelled_ring::BevelledRing;
 use super::ray_lanes::{Intersect, RayLanes};
@@ -71,8 +71,8 @@ impl<F: Scalar> BevelledWedge<F> {
     /// A vector in the frame of side 0, or of side 1.
     #[inline(always)]
     fn in_side<L: Lanes<Scalar = F>>(&self, p: [L; 3], second: L::Mask) -> SideFrame<L> {
-        let [[sin0, cos0], [sin1, cos1]] =
-            halves!(|i| halves!(|j| L::splat(self.sector.ends[i][j])));
+        let [end0, end1] = self.sector.ends;
+        let ([sin0, cos0], [sin1, cos1]) = (L::splats(end0), L::splats(end1));
         let (sin, cos) = (L::select(second, sin1, sin0), L::select(second, cos1, cos0));
         let q = difference_of_products(p[0], cos, p[2], sin);
         SideFrame {
@@ -84,14 +84,15 @@ impl<F: Scalar> BevelledWedge<F> {
     /// Whether p is nearer to side 1.
     #[inline(always)]
     fn is_nearer_second<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> L::Mask {
-        let [sin, cos] = self.middle.map(L::splat);
+        let [sin, cos] = L::splats(self.middle);
         (p[0] * cos).gt(p[2] * sin)
     }
 
     /// Whether p is within the core's sector: at least b inside of the sides.
     #[inline(always)]
     fn is_inset<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> L::Mask {
-        let [first, second] = [L::Mask::none(), L::Mask::full()].map(|side| self.in_side(p, side));
+        let first = self.in_side(p, L::Mask::none());
+        let second = self.in_side(p, L::Mask::full());
         let (b, zero) = (L::splat(self.ring.bevel()), L::zero());
         let (deep0, deep1) = (first.q.ge(b), second.q.ge(b));
         if self.sector.reflex {
@@ -102,31 +103,34 @@ impl<F: Scalar> BevelledWedge<F> {
     }
 }
 
+/// When rays cross the plane through the axis at an azimuth of that sine and cosine.
+#[inline(always)]
+fn half_plane<L: Lanes>(ray: &RayLanes<L>, azimuth: [L::Scalar; 2]) -> L {
+    let [sin, cos] = L::splats(azimuth);
+    difference_of_products(ray.o[2], sin, ray.o[0], cos)
+        / difference_of_products(ray.d[0], cos, ray.d[2], sin)
+}
+
 impl<F: Scalar> Cells<F> for BevelledWedge<F> {
     #[inline(always)]
-    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, mut pass: impl FnMut(L)) {
-        self.ring.borders(ray, &mut pass);
+    fn borders<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, borders: &mut Borders<L>) {
+        self.ring.borders(ray, borders);
         let b = L::splat(self.ring.bevel());
         for side in [L::Mask::none(), L::Mask::full()] {
             let (o, d) = (self.in_side(ray.o, side), self.in_side(ray.d, side));
-            pass((b - o.q) / d.q);
+            borders.add((b - o.q) / d.q);
             for s in self.along {
-                pass((L::splat(s) - o.a) / d.a);
+                borders.add((L::splat(s) - o.a) / d.a);
             }
         }
-        let mut half_plane = |[sin, cos]: [F; 2]| {
-            let (sin, cos) = (L::splat(sin), L::splat(cos));
-            pass(
-                difference_of_products(ray.o[2], sin, ray.o[0], cos)
-                    / difference_of_products(ray.d[0], cos, ray.d[2], sin),
-            );
-        };
-        half_plane(self.middle);
+        borders.add(half_plane(ray, self.middle));
         for end in self.outer.ends {
-            half_plane(end);
+            borders.add(half_plane(ray, end));
         }
-        for end in self.inner.iter().flat_map(|inner| inner.ends) {
-            half_plane(end);
+        if let Some(inner) = &self.inner {
+            for end in inner.ends {
+                borders.add(half_plane(ray, end));
+            }
         }
     }
 
@@ -135,7 +139,8 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
         let zero = L::zero();
         let b = L::splat(self.ring.bevel());
         let square = p[0].mul_add(p[0], p[2] * p[2]);
-        let [inner, outer] = self.ring.core().map(|r| L::splat(r) * L::splat(r));
+        let [inner, outer] = L::splats(self.ring.core());
+        let (inner, outer) = (inner * inner, outer * outer);
         let (within, beyond) = (square.lt(inner), square.gt(outer));
         let inner_arc = match &self.inner {
             Some(sector) if within.any() => within & sector.contains(p),
@@ -147,7 +152,7 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
         // The nearer side: its segment, or one of the segment's ends.
         let second = self.is_nearer_second(p);
         let (at, rate) = (self.in_side(p, second), self.in_side(d, second));
-        let [s1, s2] = self.along.map(L::splat);
+        let [s1, s2] = L::splats(self.along);
         let (before, after) = (at.a.lt(s1), at.a.gt(s2));
         let past_end = before | after;
         let up = self.ring.up(p[1]);
@@ -160,12 +165,14 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
         let side_rate = [L::select(past_end, rate.a, zero), up_rate, rate.q];
 
         let on_arc = self.ring.arc(p, d, inner_arc);
-        let pick = |on_arc: [L; 3], on_core: [L; 3], on_side: [L; 3]| {
-            axes!(|i| L::select(arc, on_arc[i], L::select(core, on_core[i], on_side[i])))
-        };
+        let (cap, cap_rate) = ([zero, up, zero], [zero, up_rate, zero]);
+        let (offset, rate) = (
+            axes!(|i| L::select(core, cap[i], side_offset[i])),
+            axes!(|i| L::select(core, cap_rate[i], side_rate[i])),
+        );
         Cell {
-            offset: pick(on_arc.offset, [zero, up, zero], side_offset),
-            rate: pick(on_arc.rate, [zero, up_rate, zero], side_rate),
+            offset: axes!(|i| L::select(arc, on_arc.offset[i], offset[i])),
+            rate: axes!(|i| L::select(arc, on_arc.rate[i], rate[i])),
             radius: L::select(arc, on_arc.radius, b),
             hollow: inner_arc.and_not(on_arc.tube),
             tube: arc & on_arc.tube,
@@ -208,6 +215,6 @@ impl BevelledWedge<f64> {
         let e = [along * sin + deep * cos, up, along * cos - deep * sin];
         let normal = e.map(|x| x / distance);
         let b = self.ring.bevel();
-        (axes!(|i| b.mul_add(normal[i], p[i] - e[i])), normal)
+        ([0, 1, 2].map(|i| b.mul_add(normal[i], p[i] - e[i])), normal)
     }
 }

@@ -24,14 +24,8 @@ impl<F: Scalar> Cuboid<F> {
 
     #[inline(always)]
     pub(super) fn span<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
-        let [x, y, z] = axes!(|i| {
-            Span::slab(
-                ray.o[i],
-                ray.d[i],
-                L::splat(self.low[i]),
-                L::splat(self.high[i]),
-            )
-        });
+        let (low, high) = (L::splats(self.low), L::splats(self.high));
+        let [x, y, z] = axes!(|i| Span::slab(ray.o[i], ray.d[i], low[i], high[i]));
         Span::line().and(x).and(y).and(z)
     }
 }

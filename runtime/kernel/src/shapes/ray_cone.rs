@@ -20,6 +20,13 @@ use crate::scalar::Scalar;
 use super::dop::{difference_of_products, dot, sum_of_products};
 use super::ray_lanes::{Intersect, RayLanes, Span};
 
+/// x² + z² − k²Y².
+#[inline(always)]
+fn form<L: Lanes>(k: L, [x, down, z]: [L; 3]) -> L {
+    let (around, along) = (x.mul_add(x, z * z).sqrt(), k * down.abs());
+    (around - along) * (around + along)
+}
+
 /// A cone about the y axis.
 #[derive(Clone, Debug)]
 pub struct Cone<F> {
@@ -43,20 +50,16 @@ impl<F: Scalar> Cone<F> {
         let (zero, half, d) = (L::zero(), L::splat(F::from_f64(0.5)), ray.d);
 
         // Slide the origin.
-        let from_middle = |p: [L; 3]| [p[0], half.neg_mul_add(h, p[1]), p[2]];
+        let from_middle = [ray.o[0], half.neg_mul_add(h, ray.o[1]), ray.o[2]];
         let inverse = L::splat(F::ONE) / dot(d, d);
-        let slide = -(dot(from_middle(ray.o), d) * inverse);
+        let slide = -(dot(from_middle, d) * inverse);
         let [x, y, z] = ray.at(slide);
         let [x, down, z] = [x, h - y, z];
         let [dx, d_down, dz] = [d[0], -d[1], d[2]];
 
         // The quadratic.
-        let form = |x: L, down: L, z: L| {
-            let (around, along) = (x.mul_add(x, z * z).sqrt(), k * down.abs());
-            (around - along) * (around + along)
-        };
-        let a = form(dx, d_down, dz);
-        let c = form(x, down, z);
+        let a = form(k, [dx, d_down, dz]);
+        let c = form(k, [x, down, z]);
         let b = (k * down).neg_mul_add(k * d_down, sum_of_products(x, dx, z, dz));
         let m_x = difference_of_products(down, dz, z, d_down);
         let m_y = difference_of_products(z, dx, x, dz).abs();

@@ -23,7 +23,7 @@ impl<F: Scalar> Cylinder<F> {
 
     #[inline(always)]
     pub(super) fn span<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
-        let [low, high] = self.y.map(L::splat);
+        let [low, high] = L::splats(self.y);
         Span::bar(ray.o, ray.d, L::splat(self.radius))
             .and(Span::slab(ray.o[1], ray.d[1], low, high))
     }

@@ -25,7 +25,7 @@ impl<L: Lanes> RayLanes<L> {
     /// The points at `t`.
     #[inline(always)]
     pub fn at(&self, t: L) -> [L; 3] {
-        axes!(|i| t.mul_add(self.d[i], self.o[i]))
+        along(self.o, self.d, t)
     }
 
     /// Whether t_min < t < t_max.
@@ -121,9 +121,9 @@ impl<L: Lanes> Span<L> {
     pub fn ball(o: [L; 3], d: [L; 3], r: L) -> Span<L> {
         let inverse = L::splat(L::Scalar::ONE) / dot(d, d);
         let first = -(dot(o, d) * inverse);
-        let l = axes!(|i| first.mul_add(d[i], o[i]));
+        let l = along(o, d, first);
         let second = -(dot(l, d) * inverse);
-        let l = axes!(|i| second.mul_add(d[i], l[i]));
+        let l = along(l, d, second);
         let half = (room(r, l) * inverse).sqrt();
         Span {
             near: first + (second - half),
@@ -155,10 +155,9 @@ impl<L: Lanes> Span<L> {
         let dd = d[0].mul_add(d[0], d[2] * d[2]);
         let parallel = dd.le(eps * eps);
         let inverse = L::splat(L::Scalar::ONE) / dd;
-        let approach = |x: L, z: L| -(sum_of_products(x, d[0], z, d[2]) * inverse);
-        let first = approach(o[0], o[2]);
+        let first = -(sum_of_products(o[0], d[0], o[2], d[2]) * inverse);
         let (x, z) = (first.mul_add(d[0], o[0]), first.mul_add(d[2], o[2]));
-        let second = approach(x, z);
+        let second = -(sum_of_products(x, d[0], z, d[2]) * inverse);
         let (x, z) = (second.mul_add(d[0], x), second.mul_add(d[2], z));
         let (x, z) = (L::select(parallel, o[0], x), L::select(parallel, o[2], z));
         let room = room(r, [x, L::zero(), z]);
@@ -178,6 +177,12 @@ impl<L: Lanes> Span<L> {
         let t = L::select(self.near.gt(ray.t_min), self.near, self.far);
         (active & self.exists() & ray.accepts(t), t)
     }
+}
+
+/// o + t d.
+#[inline(always)]
+pub(super) fn along<L: Lanes>(o: [L; 3], d: [L; 3], t: L) -> [L; 3] {
+    axes!(|i| t.mul_add(d[i], o[i]))
 }
 
 /// r² − p².

@@ -25,7 +25,7 @@ impl<F: Scalar> Intersect<F> for Rectangle<F> {
     fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
         let (crossing, t) = ray_plane::intersect(ray, active);
         let [x, _, z] = ray.at(t);
-        let [a, b] = self.half.map(L::splat);
+        let [a, b] = L::splats(self.half);
         (crossing & x.abs().le(a) & z.abs().le(b), t)
     }
 }

@@ -23,35 +23,46 @@ pub(super) fn first_end<L: Lanes, const N: usize>(
     holes: [Span<L>; N],
     active: L::Mask,
 ) -> (L::Mask, L) {
-    let infinity = L::splat(L::Scalar::INFINITY);
-    let mut first = infinity;
-    let mut consider = |t: L, valid: L::Mask| {
-        first = L::select(valid & ray.accepts(t), t, first).min(first);
-    };
-    let free = |t: L, own: usize| {
-        (0..N).fold(L::Mask::full(), |free, i| {
-            if i == own {
-                free
-            } else {
-                free.and_not(holes[i].contains(t))
-            }
-        })
-    };
     let exists = solid.exists();
-    consider(solid.near, exists & free(solid.near, N));
-    consider(solid.far, exists & free(solid.far, N));
-    for (i, hole) in holes.into_iter().enumerate() {
+    let mut first = L::splat(L::Scalar::INFINITY);
+    first = earlier(
+        ray,
+        first,
+        solid.near,
+        exists & is_free(solid.near, &holes, N),
+    );
+    first = earlier(
+        ray,
+        first,
+        solid.far,
+        exists & is_free(solid.far, &holes, N),
+    );
+    for (i, &hole) in holes.iter().enumerate() {
         let real = exists & hole.near.lt(hole.far);
-        consider(
-            hole.near,
-            real & solid.contains(hole.near) & free(hole.near, i),
-        );
-        consider(
-            hole.far,
-            real & solid.contains(hole.far) & free(hole.far, i),
-        );
+        let near = real & solid.contains(hole.near) & is_free(hole.near, &holes, i);
+        let far = real & solid.contains(hole.far) & is_free(hole.far, &holes, i);
+        first = earlier(ray, first, hole.near, near);
+        first = earlier(ray, first, hole.far, far);
     }
-    (active & first.lt(infinity), first)
+    (active & first.lt(L::splat(L::Scalar::INFINITY)), first)
+}
+
+/// The lesser of `first` and t where that is valid and the ray accepts it.
+#[inline(always)]
+fn earlier<L: Lanes>(ray: &RayLanes<L>, first: L, t: L, valid: L::Mask) -> L {
+    L::select(valid & ray.accepts(t) & t.lt(first), t, first)
+}
+
+/// Whether t is in none of the holes but perhaps in its own.
+#[inline(always)]
+fn is_free<L: Lanes, const N: usize>(t: L, holes: &[Span<L>; N], own: usize) -> L::Mask {
+    let mut free = L::Mask::full();
+    for (i, hole) in holes.iter().enumerate() {
+        if i != own {
+            free = free.and_not(hole.contains(t));
+        }
+    }
+    free
 }
 
 impl<F: Scalar> Ring<F> {

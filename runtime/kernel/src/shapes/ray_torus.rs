@@ -14,11 +14,11 @@
 //!
 //! (Bracketing by inflections is Yuksel's, HPG 2022, there for polynomials; here it is done to the
 //! distance itself.) The cube root of the pieces' ends need not be exact.
-use crate::lanes::{Lanes, Mask, axes};
+use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
-use super::ray_lanes::{Intersect, RayLanes, Span};
+use super::ray_lanes::{Intersect, RayLanes, Span, along};
 
 /// Newton steps after which a lane is taken as it is. Six do where a ray crosses; each halves the
 /// distance to a double root, where it grazes.
@@ -55,7 +55,7 @@ impl<L: Lanes> Tube<L> {
     /// derivative is told where rounding would lose it: on the axis.
     #[inline(always)]
     fn value_and_slope(&self, t: L, piece: Piece) -> (L, L) {
-        let ([x, y, z], d) = (axes!(|i| t.mul_add(self.d[i], self.o[i])), self.d);
+        let ([x, y, z], d) = (along(self.o, self.d, t), self.d);
         let around = x.mul_add(x, z * z).sqrt();
         let across = around - self.major;
         let radial = x.mul_add(d[0], z * d[2]) / around;
@@ -103,7 +103,8 @@ impl<L: Lanes> Tube<L> {
         let mut open = active & stretch.near.lt(stretch.far);
         let mut crossing = stretch.far;
         let mut found = L::Mask::none();
-        for (piece, end) in PIECES.into_iter().zip(ends) {
+        for i in 0..3 {
+            let (piece, end) = (PIECES[i], ends[i]);
             let near = L::select(hole.contains(start), hole.far, start);
             let far = L::select(hole.contains(end), hole.near, end);
             let here = open & near.lt(far);
@@ -123,7 +124,7 @@ impl<L: Lanes> Tube<L> {
     #[inline(always)]
     fn newton(&self, piece: Piece, near: L, far: L, active: L::Mask) -> (L::Mask, L) {
         let zero = L::zero();
-        let eps = |n: f64| L::splat(L::Scalar::from_f64(n * L::Scalar::EPS.to_f64()));
+        let two_eps = L::splat(L::Scalar::from_f64(2.0 * L::Scalar::EPS.to_f64()));
         let sign = L::splat(L::Scalar::from_f64(if piece == Piece::Between {
             -1.0
         } else {
@@ -152,7 +153,7 @@ impl<L: Lanes> Tube<L> {
             let next = t - step;
             let within = low.lt(next) & next.lt(high);
             // As near as t and the points can tell.
-            let close = eps(2.0) * (reach + t.abs());
+            let close = two_eps * (reach + t.abs());
             let noise = (close + close) * self.minor;
             let landed = running
                 & (step.abs().le(close)
@@ -208,19 +209,21 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
         let slide = -(dot(ray.o, d) * inverse);
         let o = ray.at(slide);
         let again = -(dot(o, d) * inverse);
-        let o = axes!(|i| again.mul_add(d[i], o[i]));
+        let o = along(o, d, again);
         let slide = slide + again;
 
         // What the torus is cut out of is wider than it, lest rounding put an end of the stretch inside.
         let slack = L::splat(F::from_f64(16.0 * F::EPS.to_f64())) * (major + minor);
         let wide = minor + slack;
+        // t_max may only end the search, or t would depend on it in its last digit.
         let stretch = Span {
             near: ray.t_min - slide,
-            far: ray.t_max - slide,
+            far: L::splat(F::INFINITY),
         }
         .and(Span::slab(o[1], d[1], -wide, wide))
         .and(Span::bar(o, d, major + wide));
-        let active = active & stretch.exists();
+        let t_max = ray.t_max - slide;
+        let active = active & stretch.exists() & stretch.near.lt(t_max);
         if !active.any() {
             return (active, slide);
         }

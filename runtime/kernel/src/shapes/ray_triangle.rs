@@ -8,7 +8,7 @@
 //! double where it is 0 in single; here each is a difference of products by Kahan's method
 //! (`dop.rs`), whose sign is right at once and which lanes can do in step. The corners of a shared edge
 //! round alike, so no ray slips between.
-use crate::lanes::{Lanes, axes, each};
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot};
@@ -27,7 +27,7 @@ impl<L: Lanes> Shear<L> {
     /// For rays of these directions.
     #[inline(always)]
     pub fn new(d: [L; 3]) -> Shear<L> {
-        let [x, y, z] = each!(d, |d| d.abs());
+        let [x, y, z] = axes!(|i| d[i].abs());
         let along_x = x.ge(y) & x.ge(z);
         let along_y = y.ge(z) & !along_x;
         let [i, j, k] = Self::permuted(along_x, along_y, d);
@@ -42,12 +42,10 @@ impl<L: Lanes> Shear<L> {
     /// Turns the coordinates in a circle until the one along the ray is last.
     #[inline(always)]
     fn permuted(along_x: L::Mask, along_y: L::Mask, p: [L; 3]) -> [L; 3] {
-        let pick = |if_x, if_y, if_z| L::select(along_x, if_x, L::select(along_y, if_y, if_z));
-        [
-            pick(p[1], p[2], p[0]),
-            pick(p[2], p[0], p[1]),
-            pick(p[0], p[1], p[2]),
-        ]
+        axes!(|i| {
+            let (if_x, if_y, if_z) = (p[(i + 1) % 3], p[(i + 2) % 3], p[i]);
+            L::select(along_x, if_x, L::select(along_y, if_y, if_z))
+        })
     }
 
     #[inline(always)]
@@ -70,7 +68,7 @@ pub fn intersect<L: Lanes>(
     corners: [[L; 3]; 3],
     active: L::Mask,
 ) -> (L::Mask, L) {
-    let [a, b, c] = each!(corners, |p| shear.apply(axes!(|i| p[i] - ray.o[i])));
+    let [a, b, c] = axes!(|i| shear.apply(axes!(|k| corners[i][k] - ray.o[k])));
     let zero = L::zero();
     let u = difference_of_products(c[0], b[1], c[1], b[0]);
     let v = difference_of_products(a[0], c[1], a[1], c[0]);
@@ -86,14 +84,17 @@ pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = corners;
     let from_a = |q: [f64; 3]| [q[0] - a[0], q[1] - a[1], q[2] - a[2]];
     let (e, f) = (from_a(b), from_a(c));
-    let cross = axes!(|i| {
+    let cross = [0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         difference_of_products(e[j], f[k], e[k], f[j])
     });
     let length = dot(cross, cross).sqrt();
     let normal = cross.map(|x| x / length);
     let height = dot(from_a(p), normal);
-    (axes!(|i| height.neg_mul_add(normal[i], p[i])), normal)
+    (
+        [0, 1, 2].map(|i| height.neg_mul_add(normal[i], p[i])),
+        normal,
+    )
 }
 
 /// One triangle.
@@ -116,7 +117,7 @@ impl<F: Scalar> Intersect<F> for Triangle<F> {
         intersect(
             ray,
             &Shear::new(ray.d),
-            each!(self.corners, |p| each!(p, |x| L::splat(x))),
+            axes!(|i| L::splats(self.corners[i])),
             active,
         )
     }

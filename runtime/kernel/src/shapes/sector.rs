@@ -4,7 +4,7 @@
 //! q0 = p·v(φ0) and q1 = −p·v(φ1) are the distances to the side planes, positive towards the inside. Up to 180° a
 //! point is inside if both are positive: an intersection of two half-spaces. Beyond, it is outside if both are
 //! negative: the gap is one.
-use crate::lanes::{Lanes, halves};
+use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
@@ -65,7 +65,7 @@ impl<F: Scalar> Sector<F> {
     /// Distances to the two sides and how fast they change along the ray.
     #[inline(always)]
     fn depths<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> [(L, L); 2] {
-        let [[sin0, cos0], [sin1, cos1]] = halves!(|i| halves!(|j| L::splat(self.ends[i][j])));
+        let ([sin0, cos0], [sin1, cos1]) = (L::splats(self.ends[0]), L::splats(self.ends[1]));
         let (o, d) = (ray.o, ray.d);
         [
             (
@@ -82,7 +82,7 @@ impl<F: Scalar> Sector<F> {
     /// Whether p is in the closed sector.
     #[inline(always)]
     pub(super) fn contains<L: Lanes<Scalar = F>>(&self, p: [L; 3]) -> L::Mask {
-        let [[sin0, cos0], [sin1, cos1]] = halves!(|i| halves!(|j| L::splat(self.ends[i][j])));
+        let ([sin0, cos0], [sin1, cos1]) = (L::splats(self.ends[0]), L::splats(self.ends[1]));
         let zero = L::zero();
         let in0 = difference_of_products(p[0], cos0, p[2], sin0).ge(zero);
         let in1 = difference_of_products(p[2], sin1, p[0], cos1).ge(zero);

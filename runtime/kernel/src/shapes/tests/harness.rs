@@ -129,7 +129,7 @@ fn length() -> impl Strategy<Value = f64> {
 }
 
 /// A fraction of the largest bevel: none, the largest, tiny, or any.
-fn bevel(limit: f64) -> impl Strategy<Value = f64> {
+pub fn bevel(limit: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
         2 => Just(0.0),
         1 => Just(limit),

@@ -39,7 +39,22 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], ends: &[([f64; 3], [
         .map_or(0.0, |b| *b);
     // What rounding the shape's own numbers may move its surface by.
     let size = 1.0 / shape.frame().scale;
-    for (ray, hit) in rays.iter().zip(trace_everywhere(&shape, &rays)) {
+    let hits = trace_everywhere(&shape, &rays);
+    // A hit is the same wherever the search ends behind it.
+    let nearer: Vec<Ray> = rays
+        .iter()
+        .zip(&hits)
+        .map(|(ray, hit)| Ray {
+            t_max: hit.map_or(f64::INFINITY, |t| t * 1.001 + 1e-6),
+            ..*ray
+        })
+        .collect();
+    assert_eq!(
+        hits,
+        trace_everywhere(&shape, &nearer),
+        "{kind:?} {parameters:?}"
+    );
+    for (ray, hit) in rays.iter().zip(hits) {
         let reach = norm([0, 1, 2].map(|i| ray.o[i] - middle[i])) + 2.0 * radius;
         let tolerance = 16.0 * eps * size + 16.0 * f64::EPSILON * reach + dropped;
         if let Some(t) = hit {
