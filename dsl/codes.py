@@ -91,6 +91,7 @@ CODES: dict[str, Code] = {
     "usd-time": Code("a time code, or a rate of time codes, at which nothing can be read"),
     "usd-composition": Code("a part of a stage that could not be composed", "warning"),
     "usd-unsupported": Code("a prim of a type that is not drawn", "warning"),
+    "usd-unused": Code("what a stage says of a prim and the picture does not show", "warning"),
     "usd-attribute": Code("an attribute whose value has no meaning there", "warning"),
     "usd-transform": Code("a transform operation that could not be used whole", "warning"),
     "usd-shape": Code("a primitive without extent", "warning"),

@@ -124,9 +124,6 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
         arrays[name] = _padded(array, count)
         finite = np.asarray(np.isfinite(arrays[name]).all(axis=1))
         _leave_out(usable, ~finite, f"`{name}` are not finite", report, path)
-    for name in ("velocities", "angularVelocities"):
-        if instancer.GetPrim().GetAttribute(name).HasAuthoredValue():
-            report.add("usd-instancer", f"`{name}` of instancers are not used", path)
     targets = len(instancer.GetPrototypesRel().GetForwardedTargets())
     outside = (prototypes < 0) | (prototypes >= targets)
     _leave_out(usable, outside, "prototype index is out of range", report, path)

@@ -46,7 +46,7 @@ def read_light(
     if kind in ("DomeLight", "DomeLight_1"):
         texture = clock.value(prim.GetAttribute("inputs:texture:file"))
         if texture is not None and texture.path:
-            message = "a dome light's texture is not used; its colour lights uniformly"
+            message = "`inputs:texture:file` of dome lights is not used; their colour is"
             report.add("usd-light", message, path)
         return Sky(emission, origin)
     report.add("usd-light", f"`{kind}` lights are not handled", path)

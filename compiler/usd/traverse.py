@@ -20,6 +20,7 @@ from compiler.usd.meshes import Meshes
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.sheets import is_singular, pressed
+from compiler.usd.unused import Unused
 from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
 from dsl.spans import PrimPlace
@@ -85,6 +86,7 @@ class Traversal:
         self.report = report
         self.appearance = Appearance(clock, report)
         self._options = options
+        self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._meshes = Meshes(clock, report, self.appearance, options)
         self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
@@ -183,6 +185,8 @@ class Traversal:
         """Make the nodes of one prim, in its own space."""
         prim, inherited = visit.prim, visit.inherited
         kind = str(prim.GetTypeName())
+        if inherited.visible and inherited.purpose in self._options.purposes:
+            self._unused.check(prim, kind)
         if prim.IsA(UsdGeom.PointInstancer):
             if inherited.visible:
                 visit.own += point_batches(self, prim, inherited, frame)

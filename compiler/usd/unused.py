@@ -1,0 +1,179 @@
+"""What a stage says of its prims and nothing here listens to.
+
+Only what a schema gives a meaning is looked at, and primvars; other attributes are their author's
+own. A value that is the schema's fallback says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from pxr import UsdGeom, UsdLux
+
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+
+_LIGHT = {
+    "inputs:color",
+    "inputs:colorTemperature",
+    "inputs:enableColorTemperature",
+    "inputs:exposure",
+    "inputs:intensity",
+    "inputs:normalize",
+    "light:filters",
+    "light:shaderId",
+}
+_READ: dict[str, set[str]] = {
+    "": set(),
+    "Scope": set(),
+    "Xform": set(),
+    "Material": {"outputs:surface"},
+    "Shader": {"info:id", "info:implementationSource"},
+    "NodeGraph": set(),
+    "GeomSubset": {"elementType", "familyName", "indices"},
+    "Backdrop": {"ui:description"},
+    "Camera": {
+        "clippingPlanes",
+        "clippingRange",
+        "fStop",
+        "focalLength",
+        "focusDistance",
+        "horizontalAperture",
+        "horizontalApertureOffset",
+        "projection",
+        "verticalAperture",
+        "verticalApertureOffset",
+    },
+    "Capsule": {"axis", "height", "radius"},
+    "Capsule_1": {"axis", "height", "radiusBottom", "radiusTop"},
+    "Cone": {"axis", "height", "radius"},
+    "Cube": {"size"},
+    "Cylinder": {"axis", "height", "radius"},
+    "Cylinder_1": {"axis", "height", "radiusBottom", "radiusTop"},
+    "Plane": {"axis", "length", "width"},
+    "Sphere": {"radius"},
+    "Mesh": {
+        "cornerIndices",
+        "cornerSharpnesses",
+        "creaseIndices",
+        "creaseLengths",
+        "creaseSharpnesses",
+        "faceVertexCounts",
+        "faceVertexIndices",
+        "holeIndices",
+        "interpolateBoundary",
+        "orientation",
+        "points",
+        "subdivisionScheme",
+        "triangleSubdivisionRule",
+    },
+    "PointInstancer": {
+        "ids",
+        "invisibleIds",
+        "orientations",
+        "orientationsf",
+        "positions",
+        "protoIndices",
+        "prototypes",
+        "scales",
+    },
+    "DistantLight": {*_LIGHT, "inputs:angle"},
+    "SphereLight": {*_LIGHT, "inputs:radius", "treatAsPoint"},
+    "DomeLight": {*_LIGHT, "guideRadius", "inputs:texture:file"},
+    "DomeLight_1": {*_LIGHT, "guideRadius", "inputs:texture:file"},
+}
+"""Types that are understood, and what is read of each, or reported by its reader."""
+
+_OF_ALL = {
+    "doubleSided",  # surfaces are hit from both sides
+    "extent",
+    "extentsHint",
+    "orientation",  # of a quadric, whose outside is outside
+    "primvars:displayColor",
+    "primvars:displayOpacity",
+    "proxyPrim",
+    "purpose",
+    "visibility",
+    "xformOpOrder",
+}
+_ELSEWHERE = (
+    "inputs:shaping:",
+    "material:binding",
+    "model:",
+    "physics:",
+    "primvars:skel:",
+    "skel:",
+    "ui:",
+    "xformOp:",
+)
+"""Namespaces that are read elsewhere, or that no picture depends on."""
+
+
+class Unused:
+    """Reports what is authored and has no effect, prim by prim."""
+
+    def __init__(self, clock: Clock, report: Report) -> None:
+        self._clock = clock
+        self._report = report
+        self._meant: dict[tuple[str, ...], frozenset[str]] = {}
+
+    def check(self, prim: Any, kind: str) -> None:
+        """Report the unread attributes and relationships of one prim of a known type.
+
+        A prim whose whole type is unknown here is reported once, as a whole.
+        """
+        read = _READ.get(kind)
+        if read is None:
+            # Surfaces, lights and types of no schema are reported by whoever does not draw them.
+            known = prim.GetPrimTypeInfo().GetSchemaType()
+            if known and not prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI):
+                self._report.add("usd-unused", f"`{kind}` prims are not used", prim.GetPath())
+            return
+        for name in self._meaningful(prim, kind):
+            if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
+                continue
+            if name == "normals" and self._is_smooth(prim):
+                continue
+            if not self._says_something(prim, name):
+                continue
+            if name.startswith("primvars:"):
+                what = f"primvar `{name.removeprefix('primvars:')}`"
+            else:
+                what = f"`{name}` of `{kind}` prims"
+            self._report.add("usd-unused", f"{what} is not used", prim.GetPath())
+
+    def _meaningful(self, prim: Any, kind: str) -> Iterable[str]:
+        """What is authored and has a meaning by the prim's schemas, or is a primvar."""
+        authored = prim.GetAuthoredPropertyNames()
+        if not authored:
+            return
+        schemas = (kind, *prim.GetAppliedSchemas())
+        if schemas not in self._meant:
+            self._meant[schemas] = frozenset(prim.GetPrimDefinition().GetPropertyNames())
+        light = any(schema.endswith("LightAPI") for schema in schemas) or kind.endswith("Light")
+        for name in authored:
+            if name.startswith("primvars:"):
+                if not name.endswith((":indices", ":lengths")):
+                    yield name
+            elif name in self._meant[schemas] and (light or not name.startswith("collection:")):
+                yield name
+
+    def _is_smooth(self, prim: Any) -> bool:
+        """Whether a mesh is a subdivision surface, whose normals USD says to ignore."""
+        return self._clock.token(prim.GetAttribute("subdivisionScheme")) != "none"
+
+    def _says_something(self, prim: Any, name: str) -> bool:
+        attribute = prim.GetAttribute(name)
+        if not attribute:
+            return bool(prim.GetRelationship(name).HasAuthoredTargets())
+        if attribute.HasAuthoredConnections():
+            return True
+        value = self._clock.value(attribute)
+        if value is None:
+            return False
+        if not isinstance(value, str) and np.ndim(value) and not len(value):
+            return False
+        fallback = prim.GetPrimDefinition().GetAttributeFallbackValue(name)
+        return fallback is None or not np.array_equal(value, fallback)
