@@ -65,6 +65,12 @@ class Tally:
     errors: list[FloatArray] = field(default_factory=list)
 
 
+def product(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Matrices `(n, 3, 3)` times vectors `(n, 3)`."""
+    products: FloatArray = np.einsum("nij,nj->ni", matrices, vectors)
+    return products
+
+
 class Judge:
     """One scene, both ways."""
 
@@ -90,40 +96,29 @@ class Judge:
         truth = self.interpreted(rays)
         t, normal, position, leaf, prototype, material = Kernel(self.ir, precision).trace(*rays)
         traced = Answer(t, normal, position, leaf, material.astype(np.int64))
-        hit = np.flatnonzero((leaf >= 0) & (leaf == truth.leaf))
-        doubtful = leaf != truth.leaf
-        doubtful[hit] = self.wrong(rays, truth, traced, hit, precision)
-        agreed = hit[~doubtful[hit]]
+        doubtful = self.differs(rays, truth, traced, precision)
+        agreed = np.flatnonzero((leaf >= 0) & ~doubtful)
         tally.rays += len(t)
         tally.hits += int((truth.leaf >= 0).sum())
         tally.kinds.append(self.ir.prototype_kind[prototype[agreed]])
-        tally.errors.append(self.errors(rays, truth, traced, agreed, precision))
-        for ray in np.flatnonzero(doubtful).tolist():
-            if self.undecidable(rays, ray, truth, traced, precision):
-                tally.undecided += 1
-            else:
-                tally.wrong.append(self.describe(rays, ray, truth, traced, precision))
-        bound = [self.interpreter.materials[m].diffuse for m in truth.material[hit]]
-        if bound and not np.array_equal(bound, self.ir.materials["diffuse"][material[hit]]):
+        tally.errors.append(
+            self.errors(rays.at(agreed), truth.at(agreed), traced.at(agreed), precision)
+        )
+        rays_in_doubt = np.flatnonzero(doubtful)
+        excused = self.undecidable(rays, rays_in_doubt, truth, traced, precision)
+        tally.undecided += int(excused.sum())
+        for ray in rays_in_doubt[~excused].tolist():
+            tally.wrong.append(self.describe(rays, ray, truth, traced, precision))
+        bound = [self.interpreter.materials[m].diffuse for m in truth.material[agreed]]
+        if bound and not np.array_equal(bound, self.ir.materials["diffuse"][material[agreed]]):
             tally.wrong.append(f"{self.name}: materials differ")
 
-    def errors(
-        self, rays: Rays, truth: Answer, answer: Answer, hit: NDArray[np.intp], precision: str
-    ) -> FloatArray:
-        """Errors `(3, k)` of t, position and normal, in units, where both hit the same leaf."""
-        rays, truth, answer = rays.at(hit), truth.at(hit), answer.at(hit)
-        unit = units(
-            self.leaves,
-            truth.leaf,
-            rays.origins,
-            rays.directions,
-            truth.t.astype(np.float64),
-            truth.normal,
-            precision,
-        )
+    def errors(self, rays: Rays, truth: Answer, answer: Answer, precision: str) -> FloatArray:
+        """Errors `(3, n)` of t, position and normal, in units, where both hit the same leaf."""
+        unit = self.units(rays, truth, precision)
         off = (answer.t - truth.t).astype(np.float64)
         inverse = self.leaves.object_from_world[truth.leaf, :, :3]
-        away = np.einsum("nij,nj->ni", inverse, answer.position - truth.position)
+        away = product(inverse, answer.position - truth.position)
         turned = np.linalg.norm(answer.normal - truth.normal, axis=1)
         return np.stack(
             [
@@ -133,89 +128,94 @@ class Judge:
             ]
         )
 
-    def wrong(
-        self, rays: Rays, truth: Answer, answer: Answer, hit: NDArray[np.intp], precision: str
+    def differs(
+        self, rays: Rays, truth: Answer, answer: Answer, precision: str
     ) -> NDArray[np.bool_]:
-        """Where `errors` are not within `LIMIT`."""
-        errors = self.errors(rays, truth, answer, hit, precision)
-        return np.asarray(~(errors <= LIMIT).all(axis=0))
+        """Where the leaves are not the same, or `errors` not within `LIMIT`."""
+        different = answer.leaf != truth.leaf
+        hit = np.flatnonzero(~different & (truth.leaf >= 0))
+        errors = self.errors(rays.at(hit), truth.at(hit), answer.at(hit), precision)
+        different[hit] = ~(errors <= LIMIT).all(axis=0)
+        return different
 
     def undecidable(
-        self, rays: Rays, ray: int, truth: Answer, traced: Answer, precision: str
-    ) -> bool:
-        """Whether the truth changes when the ray moves by `LIMIT` units, and the answer may be so.
+        self,
+        rays: Rays,
+        doubtful: NDArray[np.intp],
+        truth: Answer,
+        traced: Answer,
+        precision: str,
+    ) -> NDArray[np.bool_]:
+        """Whether the truth changes when a ray moves by `LIMIT` units, and the answer may be so.
 
         A ray that runs along a surface within rounding, or meets an edge, may be said to miss, or
         to hit anything that is there. It may be so parallel to a flat shape that no try finds the
         change: then the unit of its point exceeds the shape.
         """
-        rng = np.random.default_rng(ray)
-        moved, lost = [], False
+        changes, may_be = np.zeros((2, len(traced.leaf)), bool)
+        may_be[traced.leaf < 0] = True
         for answer in (truth, traced):
-            leaf = answer.leaf[ray]
-            if leaf >= 0:
-                unit, to_world = self.unit(rays, ray, answer, precision)
-                moved.append(self.moved(rays, ray, unit, to_world, rng))
-                lost |= bool(LIMIT * unit.position[0] > self.leaves.size[leaf])
-        tries = Rays(*(np.concatenate(values) for values in zip(*moved, strict=True)))
-        found = self.interpreted(tries)
-        changed = found.leaf != truth.leaf[ray]
-        if truth.leaf[ray] >= 0:
-            same = np.flatnonzero(~changed)
-            before = truth.at(np.full(len(changed), ray))
-            changed[same] = self.wrong(tries, found, before, same, precision)
-        if traced.leaf[ray] < 0 or not (lost or changed.any()):
-            return lost or bool(changed.any())
-        after = traced.at(np.full(len(changed), ray))
-        same = np.flatnonzero(found.leaf == traced.leaf[ray])
-        return not self.wrong(tries, found, after, same, precision).all() or self.on_surface(
-            rays, ray, traced, precision, rng
-        )
+            hit = doubtful[answer.leaf[doubtful] >= 0]
+            unit = self.units(rays.at(hit), answer.at(hit), precision)
+            at_home = self.leaves.size[answer.leaf[hit]]
+            changes[hit[LIMIT * unit.position > at_home]] = True
 
-    def moved(
-        self, rays: Rays, ray: int, unit: Units, to_world: FloatArray, rng: np.random.Generator
-    ) -> Rays:
-        """`TRIES` rays around one, within `LIMIT` units of it as its hit there counts them.
+            index = np.repeat(hit, TRIES)
+            tries = self.moved(rays.at(index), answer.at(index), precision)
+            found = self.interpreted(tries)
+            changes[index[self.differs(tries, found, truth.at(index), precision)]] = True
+            may_be[index[~self.differs(tries, found, traced.at(index), precision)]] = True
+        hit = doubtful[traced.leaf[doubtful] >= 0]
+        may_be[hit[self.on_surface(rays.at(hit), traced.at(hit), precision)]] = True
+        return np.asarray((changes & may_be)[doubtful])
 
-        Half of them much nearer: a parallel ray that clears a plane is turned into it more easily.
+    def moved(self, rays: Rays, hits: Answer, precision: str) -> Rays:
+        """Each ray, moved within `LIMIT` units of its hit.
+
+        Half of them much less: a parallel ray that clears a plane is turned into it more easily.
         """
-        nearness = rng.uniform(-12, 0, (2, TRIES, 1)) * (np.arange(TRIES) % 2)[:, None]
-        shift, turn = rng.uniform(-LIMIT, LIMIT, (2, TRIES, 3)) * 10.0**nearness
-        turn = turn * unit.turn @ to_world
-        shift = shift * unit.displacement @ to_world - unit.pivot * turn
-        tries = rays.at(np.full(TRIES, ray))
-        return Rays(tries.origins + shift, tries.directions + turn, tries.t_min, tries.t_max)
+        n = len(hits.t)
+        rng = np.random.default_rng(n)
+        unit, to_world = self.units(rays, hits, precision), self.to_world(hits)
+        nearness = rng.uniform(-12, 0, (2, n, 1)) * (np.arange(n) % 2)[:, None]
+        shift, turn = rng.uniform(-LIMIT, LIMIT, (2, n, 3)) * 10.0**nearness
+        turn = product(to_world, turn * unit.turn)
+        shift = product(to_world, shift * unit.displacement) - unit.pivot[:, None] * turn
+        return replace(rays, origins=rays.origins + shift, directions=rays.directions + turn)
 
-    def on_surface(
-        self, rays: Rays, ray: int, traced: Answer, precision: str, rng: np.random.Generator
-    ) -> bool:
-        """Whether the point of a hit is on a surface, with its normal, within `LIMIT` units.
+    def on_surface(self, rays: Rays, hits: Answer, precision: str) -> NDArray[np.bool_]:
+        """Whether points of hits are on a surface, with its normal, within `LIMIT` units.
 
         Tried by rays that come down on it along the normal; what they meet may be a leaf that is
         in the same place. A point that rounding may move beyond its own distance is anywhere.
         """
-        hit = traced.at(np.full(1, ray))
-        unit, to_world = self.unit(rays, ray, traced, precision)
-        if LIMIT * unit.position[0] > np.linalg.norm(hit.position @ np.linalg.inv(to_world)):
-            return True
-        shift = rng.uniform(-LIMIT, LIMIT, (TRIES, 3)) * unit.displacement @ to_world
-        height = np.full(TRIES, 4 * LIMIT * np.linalg.norm(unit.displacement @ np.abs(to_world)))
-        down = -np.repeat(hit.normal, TRIES, axis=0)
-        probes = Rays(hit.position + shift - down * height[:, None], down, 0 * height, 2 * height)
+        n = len(hits.t)
+        unit = self.units(rays, hits, precision)
+        inverse = self.leaves.object_from_world[hits.leaf, :, :3]
+        distance = np.linalg.norm(product(inverse, hits.position), axis=1)
+        index = np.repeat(np.arange(n), TRIES)
+        hits, to_world = hits.at(index), self.to_world(hits)[index]
+        reach = LIMIT * unit.displacement[index]
+        shift = product(to_world, np.random.default_rng(n).uniform(-1, 1, reach.shape) * reach)
+        height = 4 * np.linalg.norm(product(np.abs(to_world), reach), axis=1)
+        down = -hits.normal
+        probes = Rays(hits.position + shift - down * height[:, None], down, 0 * height, 2 * height)
         found = self.interpreted(probes)
-        met = np.flatnonzero(found.leaf >= 0)
         facing = np.where((found.normal * down).sum(axis=1) > 0, 1, -1)
         claimed = replace(found, normal=facing[:, None] * down)
-        return bool((~self.wrong(probes, found, claimed, met, precision)).any())
+        met = (found.leaf >= 0) & ~self.differs(probes, found, claimed, precision)
+        return np.asarray((LIMIT * unit.position > distance) | met.reshape(n, TRIES).any(axis=1))
 
-    def unit(
-        self, rays: Rays, ray: int, answer: Answer, precision: str
-    ) -> tuple[Units, FloatArray]:
-        """The unit of one ray's hit, and what takes rows from object to world space."""
-        one, hit = rays.at(np.full(1, ray)), answer.at(np.full(1, ray))
-        t = hit.t.astype(np.float64)
-        unit = units(self.leaves, hit.leaf, one.origins, one.directions, t, hit.normal, precision)
-        return unit, self.leaves.world_from_object[hit.leaf[0], :, :3].T
+    def units(self, rays: Rays, hits: Answer, precision: str) -> Units:
+        """The units of hits."""
+        t = hits.t.astype(np.float64)
+        return units(
+            self.leaves, hits.leaf, rays.origins, rays.directions, t, hits.normal, precision
+        )
+
+    def to_world(self, hits: Answer) -> FloatArray:
+        """The linear part of `world_from_object` of the leaves hit, `(n, 3, 3)`."""
+        return self.leaves.world_from_object[hits.leaf, :, :3]
 
     def describe(self, rays: Rays, ray: int, truth: Answer, traced: Answer, precision: str) -> str:
         """A disagreement, to be reproduced."""

@@ -134,13 +134,15 @@ def meet_solid(kind: ShapeKind, parameters: Array, rays: Rays, number: Number) -
         size = float(radius)
         end = np.where(number.length(o - centre) <= radius, 1.125 * radius, -np.inf)
         if solid.convex:  # from outside both times
-            near = first_crossing(solid, size, o, u, -end, end, number)
-            far = -first_crossing(solid, size, o, -u, -end, end, number)
+            nothing = np.zeros((0, end.size))
+            near = first_crossing(solid, size, o, u, -end, end, nothing, number)
+            far = -first_crossing(solid, size, o, -u, -end, end, nothing, number)
             found = [near, far]
         else:
             start = np.maximum(-end, rays.t_min * stretch - slide)
             end = np.minimum(end, rays.t_max * stretch - slide)
-            found = [first_crossing(solid, size, o, u, start, end, number)]
+            exits = plain_exits(kind, parameters, o, u, number)
+            found = [first_crossing(solid, size, o, u, start, end, exits, number)]
         crossings = [(s, solid.field(o + np.where(finite(s), s, 0) * u)[1]) for s in found]
     t, s, normal = rays.t_max, np.full_like(slide, np.inf), np.zeros_like(o)
     for crossing, outward in crossings:
@@ -151,6 +153,14 @@ def meet_solid(kind: ShapeKind, parameters: Array, rays: Rays, number: Number) -
         normal = np.where(first, outward, normal)
     hit = finite(s)
     return Meeting(np.where(hit, t, np.inf), o + np.where(hit, s, 0) * u, normal)
+
+
+def plain_exits(kind: ShapeKind, parameters: Array, o: Array, u: Array, number: Number) -> Array:
+    """Where rays leave the solid without its bevel, which holds the bevelled one: s `(k, n)`."""
+    if kind is ShapeKind.TORUS:
+        return np.zeros((0, o.shape[1]))
+    crossings = boundary(*plain_solid(kind, parameters, o, u, number))
+    return np.stack([np.where(dot(normal, u) > 0, s, np.inf) for s, normal in crossings])
 
 
 def approach(rays: Rays, centre: Array, number: Number) -> tuple[Array, Array, Array, Array]:

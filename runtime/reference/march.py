@@ -23,18 +23,26 @@ import numpy as np
 from runtime.reference.number import Array, Number, dot, ratio
 from runtime.reference.signed_distance import RoundedSolid
 
-FINEST = 1000
-"""Inside a solid whose reach is smaller still, steps are a thousandth of its size: a ray that
-leaves a solid through a bevel so thin, and enters it again at once, is not seen to do so."""
+FINEST = 200
+"""Inside a solid whose bevel is thinner still, steps are one part in so many of its size: a ray
+that leaves it through the bevel, and at once enters it again, is not seen to do so."""
 
 
 def first_crossing(
-    solid: RoundedSolid, size: float, o: Array, u: Array, start: Array, end: Array, number: Number
+    solid: RoundedSolid,
+    size: float,
+    o: Array,
+    u: Array,
+    start: Array,
+    end: Array,
+    exits: Array,
+    number: Number,
 ) -> Array:
     """The first s in (start, end) where the ray o + s u crosses the surface, inf where none.
 
     `o`, `u` `(3, n)`, u of unit length, `start`, `end` `(n,)`; `size` bounds the solid and scales
-    rounding errors. Chords are found that sink some rounding errors below the surface.
+    rounding errors. Chords are found that sink some rounding errors below the surface. At `exits`
+    `(k, n)` the ray leaves a set that holds the solid: a step from inside goes no further.
     """
 
     def field(s: Array, rays: Array) -> tuple[Array, Array]:
@@ -44,7 +52,7 @@ def first_crossing(
     blur = 4 * np.sqrt(number.epsilon * size)
     shortest_outside = blur * np.sqrt(solid.reach_inside)
     shortest_inside = blur * np.sqrt(min(solid.reach_outside, size))
-    if FINEST * solid.reach_inside < 4 * size:
+    if FINEST * solid.reach_inside < size:
         shortest_inside = size / FINEST
 
     found = np.full_like(start, np.inf)
@@ -58,7 +66,9 @@ def first_crossing(
             np.maximum(safe_step(f, slope, solid.reach_outside, number), shortest_outside),
             np.maximum(safe_step(-f, -slope, solid.reach_inside, number), shortest_inside),
         )
+        ahead = np.where(exits[:, rays] > s, exits[:, rays], np.inf).min(axis=0, initial=np.inf)
         following = np.minimum(s + step, end[rays])
+        following = np.where(outside, following, np.minimum(following, ahead))
         f, slope = field(following, rays)
         crossed = (f > 0) != outside
         if crossed.any():
