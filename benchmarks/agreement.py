@@ -132,7 +132,7 @@ class Judge:
         self, rays: Rays, truth: Answer, answer: Answer, precision: str
     ) -> NDArray[np.bool_]:
         """Where the leaves are not the same, or `errors` not within `LIMIT`."""
-        different = answer.leaf != truth.leaf
+        different: NDArray[np.bool_] = answer.leaf != truth.leaf
         hit = np.flatnonzero(~different & (truth.leaf >= 0))
         errors = self.errors(rays.at(hit), truth.at(hit), answer.at(hit), precision)
         different[hit] = ~(errors <= LIMIT).all(axis=0)

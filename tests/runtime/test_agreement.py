@@ -1,0 +1,52 @@
+"""Kernel and interpreter say the same of random nested scenes; `benchmarks.agreement` has more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.agreement import LIMIT, PRECISIONS, Judge, agreement
+from benchmarks.random_scenes import Rays
+from dsl.scene import SceneGraph, Shape, ShapeKind
+from runtime._kernel import Kernel
+
+BOX = Shape(ShapeKind.BOX, (-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25))
+
+
+@pytest.mark.parametrize("first", [0, 1000, 2000])
+def test_random_scenes(first: int) -> None:
+    for precision, tally in agreement(range(first, first + 20), 60).items():
+        assert not tally.wrong
+        assert tally.hits > 300
+        assert tally.undecided < 0.05 * tally.rays, precision
+        assert np.concatenate(tally.errors, axis=1).max() <= LIMIT
+
+
+def down(*points: tuple[float, float]) -> Rays:
+    """Rays along -z."""
+    origins = np.array([(x, y, 5.0) for x, y in points])
+    directions = np.tile([0.0, 0.0, -1.0], (len(points), 1))
+    return Rays(origins, directions, np.zeros(len(points)), np.full(len(points), np.inf))
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_the_judge_tells_wrong_from_undecidable(precision: str) -> None:
+    judge = Judge(SceneGraph(BOX), "box")
+    epsilon = 2.0**-24 if precision == "float32" else 2.0**-53
+    rays = down((0.2, 0.3), (1 - epsilon, 0.0), (1 + 2 * epsilon, 0.0), (1.01, 0.0), (0.9, 0.0))
+    truth = judge.interpreted(rays)
+    assert truth.leaf.tolist() == [0, 0, -1, -1, 0]
+    miss = replace(truth, leaf=np.full(5, -1), t=np.full(5, np.inf))
+    every = np.arange(5)
+    hits = judge.undecidable(rays, every[truth.leaf >= 0], truth, miss, precision)
+    assert hits.tolist() == [False, True, False]
+    off = replace(truth, t=truth.t + 10_000 * epsilon)
+    assert judge.differs(rays, truth, off, precision).tolist() == [True, False, False, False, True]
+    tilted = replace(truth, normal=truth.normal + 10_000 * epsilon)
+    assert judge.differs(rays, truth, tilted, precision)[0]
+    traced = Kernel(judge.ir, precision).trace(
+        rays.origins, rays.directions, rays.t_min, rays.t_max
+    )
+    assert np.array_equal(traced[3][[0, 3, 4]], truth.leaf[[0, 3, 4]])
