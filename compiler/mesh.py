@@ -25,7 +25,8 @@ def load_file(
 ) -> tuple[Node | None, list[Diagnostic]]:
     """The object of a file, read through `files`, and what its reader has to say.
 
-    `time` is the time code at which stages are read (see `compiler.usd`). None, and an error,
+    `time` is the time code at which stages are read (see `compiler.usd`); of stages only objects
+    come in, for their cameras, lights and up axis are of their own scene. None, and an error,
     where the file cannot be read. With `files` and `time` bound this is the `Load` of `flatten`.
     """
     place = file.origin.place if file.origin else None
@@ -35,9 +36,10 @@ def load_file(
         path = files.resolve(file.path, file.folder or "")
     except FileFault as fault:
         return None, [fault.diagnostic(place)]
-    from compiler.usd import import_stage
+    from compiler.usd import StageOptions, import_stage
 
-    graph, diagnostics = import_stage(path, time=time, prim=file.prim)
+    options = StageOptions(surroundings=False)
+    graph, diagnostics = import_stage(path, time=time, prim=file.prim, options=options)
     return graph.root, diagnostics
 
 

@@ -21,3 +21,4 @@ class StageOptions:
     purposes: frozenset[str] = frozenset({"default", "render"})
     payloads: bool = True
     complexity: Complexity | None = None
+    surroundings: bool = True

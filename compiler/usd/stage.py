@@ -102,7 +102,7 @@ def _import(
     up = UsdGeom.GetStageUpAxis(stage)
     if up not in ("Y", "Z"):
         report.add("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
-    if up == "Z":
+    if up == "Z" and options.surroundings:
         items.append(Settings(up="z"))
     return items
 

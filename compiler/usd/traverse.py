@@ -185,6 +185,11 @@ class Traversal:
         """Make the nodes of one prim, in its own space."""
         prim, inherited = visit.prim, visit.inherited
         kind = str(prim.GetTypeName())
+        if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
+            if self._options.surroundings:
+                frame.placed.append(frame.base.label(prim.GetPath()))
+            elif not prim.IsA(UsdGeom.Gprim):
+                return
         if inherited.visible and inherited.purpose in self._options.purposes:
             self._unused.check(prim, kind)
         if prim.IsA(UsdGeom.PointInstancer):
@@ -194,8 +199,6 @@ class Traversal:
         if self.clock.token(prim.GetAttribute("model:drawMode")) in STAND_INS:
             message = "a draw mode is not used: the model itself is drawn"
             self.report.add("usd-attribute", message, prim.GetPath())
-        if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
-            frame.placed.append(frame.base.label(prim.GetPath()))
         if self._is_drawn(prim, kind, inherited):
             if kind == "Mesh":
                 self._draw_mesh(visit, frame)

@@ -123,3 +123,33 @@ def test_files_of_both_kinds_reach_the_flat_scene(tmp_path: Path) -> None:
         result = flatten(SceneGraph(file), lambda f: load_file(f, files))
         assert result.ir is not None
         assert result.ir.prototype_kind.tolist() == [kind]
+
+
+def test_only_objects_of_a_stage_come_into_a_program(tmp_path: Path) -> None:
+    (tmp_path / "set.usda").write_text("""#usda 1.0
+(
+    upAxis = "Z"
+)
+def Sphere "Ball" {
+}
+def Cube "Lamp" (
+    prepend apiSchemas = ["LightAPI"]
+) {
+}
+def Camera "Eye" {
+    double shutter:open = 1
+    def Cube "Rig" {
+    }
+}
+def SphereLight "Sun" {
+}
+def RectLight "Panel" {
+}
+""")
+    files = Files(tmp_path)
+    result = flatten(SceneGraph(File("usd", "set.usda")), lambda f: load_file(f, files))
+    assert result.ir is not None
+    assert result.diagnostics == []
+    assert result.ir.instance_target.tolist() == [0, 1, 1]
+    assert len(result.ir.cameras) == len(result.ir.lights) == 0
+    assert result.ir.settings["up"].tolist() == [0]
