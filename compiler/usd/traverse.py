@@ -14,11 +14,13 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from compiler.usd.appearance import Appearance, Base, has_collection_bindings
 from compiler.usd.clock import Clock
+from compiler.usd.curves import read_curves, read_points
 from compiler.usd.gprims import Gprims, is_unsupported
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
+from compiler.usd.round import Round
 from compiler.usd.sheets import is_singular, pressed
 from compiler.usd.unused import Unused
 from compiler.usd.xform import local_steps
@@ -88,6 +90,7 @@ class Traversal:
         self._options = options
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
+        self._round = Round()
         self._meshes = Meshes(clock, report, self.appearance, options)
         self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
         self._open: list[tuple[object, ...]] = []
@@ -204,6 +207,8 @@ class Traversal:
                 self._draw_mesh(visit, frame)
             elif kind in self._gprims:
                 self._draw_gprim(visit, frame, kind)
+            elif kind in ("BasisCurves", "Points"):
+                self._draw_round(visit, frame, kind)
             elif is_unsupported(prim) and not prim.HasAPI(UsdLux.LightAPI):
                 self.report.add("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
         if prim.IsInstance():
@@ -239,6 +244,13 @@ class Traversal:
         origin = self.origin(prim, frame)
         for mesh, material in self._meshes.parts(prim, binding, display, frame.base):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
+
+    def _draw_round(self, visit: Visit, frame: Frame, kind: str) -> None:
+        read = read_curves if kind == "BasisCurves" else read_points
+        node = _group(read(visit.prim, self._round, self.clock, self.report))
+        if node is not None:
+            child = bound(node, self.material(visit.prim, frame))
+            visit.own.append(Instances(child, Transform(), origin=self.origin(visit.prim, frame)))
 
     def material(self, prim: Any, frame: Frame) -> Material | None:
         """The material that belongs to the frame; None where it comes from above, or nowhere."""

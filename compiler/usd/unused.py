@@ -33,6 +33,8 @@ _READ: dict[str, set[str]] = {
     "Shader": {"info:id", "info:implementationSource"},
     "NodeGraph": set(),
     "GeomSubset": {"elementType", "familyName", "indices"},
+    "BasisCurves": {"basis", "curveVertexCounts", "points", "type", "widths", "wrap"},
+    "Points": {"ids", "points", "widths"},
     "Backdrop": {"ui:description"},
     "Camera": {
         "clippingPlanes",

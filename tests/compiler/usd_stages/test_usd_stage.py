@@ -225,11 +225,11 @@ def test_the_up_axis_is_said_and_moves_nothing(load: Callable[..., Any]) -> None
 
 def test_unsupported_prims_are_reported_with_their_paths(load: Callable[..., Any]) -> None:
     imported = load("""
-def BasisCurves "hair" {
+def HermiteCurves "hair" {
 }
-def Points "dust" {
+def TetMesh "dust" {
 }
-def Points "sand" {
+def TetMesh "sand" {
 }
 def Volume "cloud" {
 }
@@ -243,7 +243,7 @@ def SkelRoot "body" {
     def Cube "head" {
     }
 }
-def BasisCurves "hidden" {
+def HermiteCurves "hidden" {
     token visibility = "invisible"
 }
 """)
@@ -253,8 +253,8 @@ def BasisCurves "hidden" {
         for d in imported.diagnostics
     }
     assert said == {
-        "`BasisCurves` prims are not drawn": ["/hair"],
-        "`Points` prims are not drawn (2 prims)": ["/dust", "/sand"],
+        "`HermiteCurves` prims are not drawn": ["/hair"],
+        "`TetMesh` prims are not drawn (2 prims)": ["/dust", "/sand"],
         "`Volume` prims are not drawn": ["/cloud"],
         "prims of the unknown type `Teapot` are not drawn, only those below": ["/pot"],
         "`RectLight` lights are not handled": ["/window"],
