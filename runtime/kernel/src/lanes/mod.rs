@@ -6,8 +6,9 @@
 //! `#[target_feature]`, so that everything inlined into it is compiled for that set.
 //! Dispatch per batch, not per ray.
 //!
-//! What is not inlined is not compiled for the set, and ten times slower. Closures are not sure to be: neither
-//! `array::map` nor a named closure may compute with lanes; functions and `axes!` and its kin may.
+//! What is not inlined is not compiled for the set, and ten times slower. Closures are not sure to
+//! be: neither `array::map` nor a named closure may compute with lanes; functions and `axes!` and
+//! its kin may.
 //!
 //! Every operation here is an IEEE 754 operation, correctly rounded, or moves bits: all sets give
 //! the same bits for the same input (which NaN a NaN is excepted).

@@ -1,14 +1,14 @@
 //! Bevelled solids that are not convex: a ray is followed from cell to cell.
 //!
-//! The solid is all points within b of a core. Space falls into cells (Voronoi's) by the feature of the core that is
-//! nearest: a face, an edge, a corner, an arc. Within a cell the solid is that feature's dilation:
-//! a slab, a round bar, a ball, a tube. The cells' borders are planes, lines and circles that a ray crosses at times known
-//! beforehand; between two crossings the cell is that of the middle, and its surface is met in closed
-//! form (tubes: by `ray_torus.rs`).
+//! The solid is all points within b of a core. Space falls into cells (Voronoi's) by the feature of
+//! the core that is nearest: a face, an edge, a corner, an arc. Within a cell the solid is that
+//! feature's dilation: a slab, a round bar, a ball, a tube. The cells' borders are planes, lines
+//! and circles that a ray crosses at times known beforehand; between two crossings the cell is that
+//! of the middle, and its surface is met in closed form (tubes: by `ray_torus.rs`).
 //!
-//! No seam can crack: the walk knows whether it is inside or outside, and takes the first time in a stretch
-//! at which the stretch's cell says otherwise, be it the stretch's very start, where rounding has
-//! let the one before end without a crossing.
+//! No seam can crack: the walk knows whether it is inside or outside, and takes the first time in a
+//! stretch at which the stretch's cell says otherwise, be it the stretch's very start, where
+//! rounding has let the one before end without a crossing.
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
@@ -19,7 +19,8 @@ use super::ray_torus::Tube;
 /// The dilated feature that the solid is, in the cell of a point.
 #[derive(Clone, Copy)]
 pub(super) struct Cell<L: Lanes> {
-    /// From the feature to the point, in a frame of the feature; components along the feature are zero.
+    /// From the feature to the point, in a frame of the feature; components along the feature are
+    /// zero.
     pub offset: [L; 3],
     /// How fast `offset` changes along the ray.
     pub rate: [L; 3],
@@ -87,8 +88,9 @@ impl<L: Lanes> Cell<L> {
     }
 }
 
-/// The first crossing that the ray accepts of a solid that is, without its bevel, a stretch less some
-/// holes. A ray from outside starts its walk where it enters the plain solid, and mostly ends it there: on a face.
+/// The first crossing that the ray accepts of a solid that is, without its bevel, a stretch less
+/// some holes. A ray from outside starts its walk where it enters the plain solid, and mostly ends
+/// it there: on a face.
 #[inline(always)]
 pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const N: usize>(
     solid: &S,
@@ -138,9 +140,9 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
     (found & ray.accepts(t), t)
 }
 
-/// Follows rays along `stretch`, which begins inside the solid or outside of it, to where that first
-/// changes. Borders beyond the stretch do not matter. t_max only ends the walk, or a change would depend on
-/// it in its last digit.
+/// Follows rays along `stretch`, which begins inside the solid or outside of it, to where that
+/// first changes. Borders beyond the stretch do not matter. t_max only ends the walk, or a change
+/// would depend on it in its last digit.
 #[inline(always)]
 fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
     solid: &S,

@@ -1,13 +1,14 @@
 //! Bevelled convex solids: all points within b of a convex core.
 //!
-//! Along a ray the distance δ(t) to a convex core is a convex function, so the solid is one stretch of the ray. The
-//! plain solid contains the bevelled one; from where the ray enters the plain one, δ ≥ b, Newton's method on δ − b goes
-//! up to the entry without passing it, or finds δ rising, and then there is none. On a face of
-//! the core δ is linear: the plain solid's entry is the answer and the first look confirms it. Faces,
-//! rounded edges and corners are one function: there are no seams to crack, and no trims. The exit
-//! is the entry of the reversed ray.
+//! Along a ray the distance δ(t) to a convex core is a convex function, so the solid is one stretch
+//! of the ray. The plain solid contains the bevelled one; from where the ray enters the plain one,
+//! δ ≥ b, Newton's method on δ − b goes up to the entry without passing it, or finds δ rising, and
+//! then there is none. On a face of the core δ is linear: the plain solid's entry is the answer and
+//! the first look confirms it. Faces, rounded edges and corners are one function: there are no
+//! seams to crack, and no trims. The exit is the entry of the reversed ray.
 //!
-//! Each step is as exact as δ. A grazing ray halves its distance to the tangent point with each step.
+//! Each step is as exact as δ. A grazing ray halves its distance to the tangent point with each
+//! step.
 use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
@@ -22,7 +23,8 @@ pub(super) trait Dilated<F: Scalar> {
     fn bevel(&self) -> F;
     /// Where rays are in the plain solid.
     fn plain<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L>;
-    /// The distance from p, which is outside of the core, to the core, and how fast it changes along d.
+    /// The distance from p, which is outside of the core, to the core, and how fast it changes
+    /// along d.
     fn distance<L: Lanes<Scalar = F>>(&self, p: [L; 3], d: [L; 3]) -> (L, L);
 }
 
@@ -58,8 +60,8 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
         let falling = slope.lt(zero);
         let arrived = running & height.le(noise);
         let step = -(height / slope);
-        // An arrival is one step better yet, but for the first: where the plain solid was entered through a
-        // face, that is the entry to an ulp.
+        // An arrival is one step better yet, but for the first: where the plain solid was entered
+        // through a face, that is the entry to an ulp.
         let better = arrived & falling & step.le(last);
         t = L::select(better | running.and_not(arrived), t + step, t);
         last = step;
@@ -90,7 +92,8 @@ pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
     (distance, out.mul_add(radial, up * d[1]) / distance)
 }
 
-/// The point at distance b from the core and the normal, of a solid of revolution; `None` if p is in its core.
+/// The point at distance b from the core and the normal, of a solid of revolution; `None` if p is
+/// in its core.
 pub(super) fn surface_around_axis(
     solid: &impl Revolved<f64>,
     bevel: f64,

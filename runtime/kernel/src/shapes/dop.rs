@@ -1,7 +1,7 @@
 //! Differences of products without cancellation.
 //!
-//! w = c·d; e = w − c·d (exact, fused); a·b − w (fused) + e. Kahan 2004; the error is at most 1.5 ulp
-//! and the sign is right: Jeannerod, Louvet, Muller, "Further analysis of Kahan's algorithm for
+//! w = c·d; e = w − c·d (exact, fused); a·b − w (fused) + e. Kahan 2004; the error is at most 1.5
+//! ulp and the sign is right: Jeannerod, Louvet, Muller, "Further analysis of Kahan's algorithm for
 //! the accurate computation of 2×2 determinants", Math. Comp. 82 (2013).
 use crate::lanes::Lanes;
 

@@ -2,10 +2,10 @@
 
 /// Maps object space to shape space: p ↦ (p − center)·scale.
 ///
-/// Shape space holds the shape within coordinates of magnitude 2, so that squares neither over- nor underflow,
-/// and near the origin, so that rounding to f32 costs ulps of its size and not of its distance.
-/// `scale` is a power of two. `center` is zero unless the shape lies more than two sizes off,
-/// and has so few digits that subtracting it from a coordinate of the shape is exact.
+/// Shape space holds the shape within coordinates of magnitude 2, so that squares neither over- nor
+/// underflow, and near the origin, so that rounding to f32 costs ulps of its size and not of its
+/// distance. `scale` is a power of two. `center` is zero unless the shape lies more than two sizes
+/// off, and has so few digits that subtracting it from a coordinate of the shape is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// What object space is moved by, before it is scaled.

@@ -73,7 +73,8 @@ pub struct Shape<F> {
     exact: Solid<f64>,
 }
 
-/// What a shape is in shape space, with parameters rounded once. Solids without a bevel know nothing of bevels.
+/// What a shape is in shape space, with parameters rounded once. Solids without a bevel know
+/// nothing of bevels.
 #[derive(Clone, Debug)]
 enum Solid<F> {
     Sphere(Sphere<F>),
@@ -142,8 +143,9 @@ impl<F: Scalar> Shape<F> {
         self.bounds
     }
 
-    /// For each active lane whether it hits with t_min < t < t_max, and the least such t; a ray that
-    /// starts inside hits where it leaves. The ray is in shape space. t means nothing in the other lanes.
+    /// For each active lane whether it hits with t_min < t < t_max, and the least such t; a ray
+    /// that starts inside hits where it leaves. The ray is in shape space. t means nothing in the
+    /// other lanes.
     #[inline(always)]
     pub fn intersect<I: Isa, L: Lanes<Scalar = F>>(
         &self,
@@ -170,8 +172,8 @@ impl<F: Scalar> Shape<F> {
         }
     }
 
-    /// The point of the surface nearest to `p` (which is on it but for rounding), and the unit outward
-    /// normal there; all in shape space.
+    /// The point of the surface nearest to `p` (which is on it but for rounding), and the unit
+    /// outward normal there; all in shape space.
     pub fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         match &self.exact {
             Solid::Sphere(shape) => shape.surface(p),

@@ -105,7 +105,8 @@ pub(super) fn bounds(kind: ShapeKind, parameters: &[f64]) -> Option<[[f64; 3]; 2
     }
 }
 
-/// Bounds that a frame may be centered in: those of a wedge are widened until they are about its axis.
+/// Bounds that a frame may be centered in: those of a wedge are widened until they are about its
+/// axis.
 pub(super) fn around_axis(kind: ShapeKind, [low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
     if kind != ShapeKind::Wedge {
         return [low, high];
@@ -116,8 +117,8 @@ pub(super) fn around_axis(kind: ShapeKind, [low, high]: [[f64; 3]; 2]) -> [[f64;
     [[-reach, low[1], -reach], [reach, high[1], reach]]
 }
 
-/// Least and greatest x and z of a wedge: at the edges' centers ± bevel, and where an axis meets the outer
-/// wall. A wall's bounds are those of a circle as far as it runs along with one.
+/// Least and greatest x and z of a wedge: at the edges' centers ± bevel, and where an axis meets
+/// the outer wall. A wall's bounds are those of a circle as far as it runs along with one.
 fn wedge_bounds([r0, r1]: [f64; 2], [phi0, phi1]: [f64; 2], bevel: f64) -> [[f64; 2]; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let mut include = |p: [f64; 2], margin: f64| {
@@ -147,7 +148,8 @@ fn wedge_bounds([r0, r1]: [f64; 2], [phi0, phi1]: [f64; 2], bevel: f64) -> [[f64
 }
 
 impl<F: Scalar> Solid<F> {
-    /// The solid in shape space; a bevel less than `least_bevel` there is left out. The parameters are valid.
+    /// The solid in shape space; a bevel less than `least_bevel` there is left out. The parameters
+    /// are valid.
     pub(super) fn new(
         kind: ShapeKind,
         parameters: &[f64],

@@ -1,7 +1,7 @@
 //! A box with rounded edges: its core is the box inset by b on every side.
 //!
-//! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i − high_i or p_i − low_i,
-//! else 0. δ = |e|, δ' = e·d/|e|.
+//! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i −
+//! high_i or p_i − low_i, else 0. δ = |e|, δ' = e·d/|e|.
 use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 

@@ -1,8 +1,9 @@
 //! A cone with rounded rim and tip: its core is the similar cone whose faces lie b deep.
 //!
-//! With γ the half angle, sin γ = r/L, cos γ = h/L, L = √(h² + r²): base y = b of radius R = r − b (1 + sin γ)/cos γ, apex
-//! h − b/sin γ. In the half-plane of ρ and y, seen from the rim, w = (ρ − R, y − b); along the slant s = −w_ρ sin γ + w_y cos γ,
-//! away from it n = w_ρ cos γ + w_y sin γ. The core's nearest point to p is
+//! With γ the half angle, sin γ = r/L, cos γ = h/L, L = √(h² + r²): base y = b of radius R = r − b
+//! (1 + sin γ)/cos γ, apex h − b/sin γ. In the half-plane of ρ and y, seen from the rim, w = (ρ −
+//! R, y − b); along the slant s = −w_ρ sin γ + w_y cos γ, away from it n = w_ρ cos γ + w_y sin γ.
+//! The core's nearest point to p is
 //!
 //!   on the slant, e = n (cos γ, sin γ), if 0 ≤ s ≤ S; the apex, e = (ρ, y − apex), if s > S;
 //!   below the slant (s < 0) the rim, e = w, or, where ρ ≤ R, the base, e = (0, w_y).

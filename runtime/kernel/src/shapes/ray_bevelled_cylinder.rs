@@ -1,7 +1,9 @@
-//! A capped cylinder with rounded rims: its core is the cylinder of radius R = r − b between l = y0 + b and h = y1 − b.
+//! A capped cylinder with rounded rims: its core is the cylinder of radius R = r − b between l = y0
+//! + b and h = y1 − b.
 //!
-//! From p the core's nearest point differs radially by e_ρ = max(ρ − R, 0), and along y where p is beyond l or h.
-//! δ = |e|, δ' = (e_ρ ρ' + e_y d_y)/|e|, ρ' = (x d_x + z d_z)/ρ. b = r leaves a segment for a core: a capsule.
+//! From p the core's nearest point differs radially by e_ρ = max(ρ − R, 0), and along y where p is
+//! beyond l or h. δ = |e|, δ' = (e_ρ ρ' + e_y d_y)/|e|, ρ' = (x d_x + z d_z)/ρ. b = r leaves a
+//! segment for a core: a capsule.
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 

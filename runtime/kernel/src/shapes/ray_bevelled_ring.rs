@@ -1,8 +1,9 @@
-//! A ring with rounded rims: its core is the ring of Ri = r0 + b ≤ ρ ≤ Ro = r1 − b, l = y0 + b ≤ y ≤ h = y1 − b.
+//! A ring with rounded rims: its core is the ring of Ri = r0 + b ≤ ρ ≤ Ro = r1 − b, l = y0 + b ≤ y
+//! ≤ h = y1 − b.
 //!
-//! Its cells are bordered by ρ = Ri, ρ = Ro, y = l, y = h: between the radii the caps, y = y0 and y1; between the
-//! levels the walls, ρ = r0 and r1; beyond both a tube about each of the core's four circles. The rims of the bore are
-//! rounded too: they are convex edges.
+//! Its cells are bordered by ρ = Ri, ρ = Ro, y = l, y = h: between the radii the caps, y = y0 and
+//! y1; between the levels the walls, ρ = r0 and r1; beyond both a tube about each of the core's
+//! four circles. The rims of the bore are rounded too: they are convex edges.
 use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 

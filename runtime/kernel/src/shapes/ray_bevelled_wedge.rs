@@ -1,16 +1,18 @@
 //! An annular wedge with rounded edges.
 //!
-//! Its core is the ring's core (`ray_bevelled_ring.rs`) less all that is within b of a side plane. In the frame of side k (a along it, q into
-//! the solid, `sector.rs`) the core's edge is the segment q = b, s1 ≤ a ≤ s2 with
+//! Its core is the ring's core (`ray_bevelled_ring.rs`) less all that is within b of a side plane.
+//! In the frame of side k (a along it, q into the solid, `sector.rs`) the core's edge is the
+//! segment q = b, s1 ≤ a ≤ s2 with
 //!
 //!   s1 = √(Ri² − b²) = √(r0 (r0 + 2b)),   s2 = √(Ro² − b²) = √(r1 (r1 − 2b)),
 //!
-//! whose ends lie on the arcs, at azimuth φ0 + α and φ0 + β, sin α = b/Ri, cos α = s1/Ri, sin β = b/Ro, cos β = s2/Ro:
-//! no arc sine is taken. In the plane the cells are the arcs' (within Ri or beyond Ro, in the sectors
-//! turned by α and β), the core itself (caps), and for the nearer side the segment's and its two ends', whose
-//! offset is (a − s1 or a − s2 or 0, q − b). Above h and below l the offset has a y component besides, and
-//! arcs become tubes. Borders: two circles, two levels, and per side q = b, a = s1, a = s2 and the two turned half planes; the
-//! bisecting plane between the sides.
+//! whose ends lie on the arcs, at azimuth φ0 + α and φ0 + β, sin α = b/Ri, cos α = s1/Ri, sin β =
+//! b/Ro, cos β = s2/Ro: no arc sine is taken. In the plane the cells are the arcs' (within Ri or
+//! beyond Ro, in the sectors turned by α and β), the core itself (caps), and for the nearer side
+//! the segment's and its two ends', whose offset is (a − s1 or a − s2 or 0, q − b). Above h and
+//! below l the offset has a y component besides, and arcs become tubes. Borders: two circles, two
+//! levels, and per side q = b, a = s1, a = s2 and the two turned half planes; the bisecting plane
+//! between the sides.
 //!
 //! The inner wall vanishes at the limit of validity, 2α = Φ; it is left out then, since a sector
 //! without width would let the opposite azimuth in.

@@ -1,19 +1,19 @@
 //! The solid between the disc of radius r in y = 0 and the apex (0, h, 0).
 //!
-//! Seen from the apex downwards, Y = h − y, the double cone is q(p) = x² + z² − k²Y² ≤ 0, k = r/h. Along a
-//! ray q = A t² + 2B t + C with
+//! Seen from the apex downwards, Y = h − y, the double cone is q(p) = x² + z² − k²Y² ≤ 0, k = r/h.
+//! Along a ray q = A t² + 2B t + C with
 //!
 //!   A = (|d⊥| − k|d_Y|)(|d⊥| + k|d_Y|),  C likewise of o,  B = x d_x + z d_z − k² Y d_Y,
 //!   B² − AC = (k|m⊥|)² − m_Y²,  m = o × d in (x, Y, z),
 //!
-//! the last as a product of sum and difference, its minors each a difference of products: the ray's moment does
-//! not change when the ray is slid, so nothing large cancels in it. Beforehand o is moved to the point of the ray
-//! nearest the middle of the axis. With Q = B + sign(B)√ the roots are −Q/A and −C/Q; the second stays finite where
-//! A → 0, a ray parallel to a generator.
+//! the last as a product of sum and difference, its minors each a difference of products: the ray's
+//! moment does not change when the ray is slid, so nothing large cancels in it. Beforehand o is
+//! moved to the point of the ray nearest the middle of the axis. With Q = B + sign(B)√ the roots
+//! are −Q/A and −C/Q; the second stays finite where A → 0, a ray parallel to a generator.
 //!
-//! The ray is in the lower nappe, Y ≥ 0: between the roots if A ≥ 0, and then they are both below the apex or both
-//! above; from the greater root on if A < 0 and the ray goes down; up to the lesser if it goes up.
-//! So the solid is one stretch of the ray, cut by y ≥ 0.
+//! The ray is in the lower nappe, Y ≥ 0: between the roots if A ≥ 0, and then they are both below
+//! the apex or both above; from the greater root on if A < 0 and the ray goes down; up to the
+//! lesser if it goes up. So the solid is one stretch of the ray, cut by y ≥ 0.
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 

@@ -113,10 +113,10 @@ impl<L: Lanes> Span<L> {
     /// |p|² ≤ r², a ball about the origin. d ≠ 0.
     ///
     /// The ray's closest approach to the center is l = o + t_c d, t_c = −o·d / d·d, taken twice so
-    /// that l is at right angles to d to working precision however far off o is; t = t_c ± √((r² − l²)/d·d). After
-    /// Haines, Günther, Akenine-Möller, "Precision improvements for ray/sphere intersection",
-    /// Ray Tracing Gems ch. 7 (2019); the second pass is ours. r² − l² is formed by fused steps
-    /// from r², so that next to a grazing ray the decision is right to 2 ulps of r.
+    /// that l is at right angles to d to working precision however far off o is; t = t_c ± √((r² −
+    /// l²)/d·d). After Haines, Günther, Akenine-Möller, "Precision improvements for ray/sphere
+    /// intersection", Ray Tracing Gems ch. 7 (2019); the second pass is ours. r² − l² is formed by
+    /// fused steps from r², so that next to a grazing ray the decision is right to 2 ulps of r.
     #[inline(always)]
     pub fn ball(o: [L; 3], d: [L; 3], r: L) -> Span<L> {
         let inverse = L::splat(L::Scalar::ONE) / dot(d, d);

@@ -1,7 +1,7 @@
 //! r0 ≤ ρ ≤ r1, y0 ≤ y ≤ y1: a cylinder less the bar within it.
 //!
-//! Along a ray the cylinder is one stretch and the bar another; a ray crosses the surface at an end of
-//! either that the other does not rule out.
+//! Along a ray the cylinder is one stretch and the bar another; a ray crosses the surface at an end
+//! of either that the other does not rule out.
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 

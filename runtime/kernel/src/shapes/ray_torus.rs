@@ -5,12 +5,13 @@
 //!   g(t) = D² − r² = (ρ − R)² + y² − r²,   g'/2 = (ρ − R)(x d_x + z d_z)/ρ + y d_y,
 //!   g''/2 = d·d − R m²/ρ³,                 m = x d_z − z d_x  (constant along the ray),
 //!
-//! g is convex where ρ³ > R m²/d·d and concave where ρ is less; ρ² is a parabola about the closest approach to the
-//! axis, t_ρ: three pieces at most, convex, concave, convex, that meet at t_ρ ± w. On a piece of one
-//! convexity, made convex by its sign σ, h = σg is positive at the start and then Newton from there goes up to the first
-//! root without passing it, or past the minimum if there is none (Fourier's condition); or it is not, and
-//! Newton from the end comes down to the only root, if h is positive there. So the first root after t_min costs one
-//! Newton run on the piece it is in, each step as exact as D. A spindle (r > R) is the same solid.
+//! g is convex where ρ³ > R m²/d·d and concave where ρ is less; ρ² is a parabola about the closest
+//! approach to the axis, t_ρ: three pieces at most, convex, concave, convex, that meet at t_ρ ± w.
+//! On a piece of one convexity, made convex by its sign σ, h = σg is positive at the start and then
+//! Newton from there goes up to the first root without passing it, or past the minimum if there is
+//! none (Fourier's condition); or it is not, and Newton from the end comes down to the only root,
+//! if h is positive there. So the first root after t_min costs one Newton run on the piece it is
+//! in, each step as exact as D. A spindle (r > R) is the same solid.
 //!
 //! (Bracketing by inflections is Yuksel's, HPG 2022, there for polynomials; here it is done to the
 //! distance itself.) The cube root of the pieces' ends need not be exact.
@@ -94,7 +95,8 @@ impl<L: Lanes> Tube<L> {
         (middle - width, middle + width)
     }
 
-    /// The first crossing strictly within a stretch, whose ends may not be infinite where active; stretches of `hole` hold none.
+    /// The first crossing strictly within a stretch, which is finite in active lanes. `hole` is known
+    /// to hold none.
     #[inline(always)]
     pub fn first_crossing(&self, stretch: Span<L>, hole: Span<L>, active: L::Mask) -> (L::Mask, L) {
         let (first, second) = self.inflections();
@@ -212,7 +214,8 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
         let o = along(o, d, again);
         let slide = slide + again;
 
-        // What the torus is cut out of is wider than it, lest rounding put an end of the stretch inside.
+        // What the torus is cut out of is wider than it, lest rounding put an end of the stretch
+        // inside.
         let slack = L::splat(F::from_f64(16.0 * F::EPS.to_f64())) * (major + minor);
         let wide = minor + slack;
         // t_max may only end the search, or t would depend on it in its last digit.

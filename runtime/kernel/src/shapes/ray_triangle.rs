@@ -1,13 +1,13 @@
 //! Triangles, without cracks between neighbours of one mesh.
 //!
-//! Woop, Benthin, Wald, "Watertight ray/triangle intersection", JCGT 2(1) 2013. The corners
-//! are moved so that the ray starts at the origin and sheared so that it runs along the axis k
-//! of its largest |d|: (i, j, k) → (i − k d_i/d_k, j − k d_j/d_k, k/d_k). Then the ray passes to one side or
-//! the other of an edge by the sign of a 2×2 determinant of its ends, and t is the mean of the corners' k
-//! weighted with the three determinants U, V, W. The paper computes a determinant again in
-//! double where it is 0 in single; here each is a difference of products by Kahan's method
-//! (`dop.rs`), whose sign is right at once and which lanes can do in step. The corners of a shared edge
-//! round alike, so no ray slips between.
+//! Woop, Benthin, Wald, "Watertight ray/triangle intersection", JCGT 2(1) 2013. The corners are
+//! moved so that the ray starts at the origin and sheared so that it runs along the axis k of its
+//! largest |d|: (i, j, k) → (i − k d_i/d_k, j − k d_j/d_k, k/d_k). Then the ray passes to one side
+//! or the other of an edge by the sign of a 2×2 determinant of its ends, and t is the mean of the
+//! corners' k weighted with the three determinants U, V, W. The paper computes a determinant again
+//! in double where it is 0 in single; here each is a difference of products by Kahan's method
+//! (`dop.rs`), whose sign is right at once and which lanes can do in step. The corners of a shared
+//! edge round alike, so no ray slips between.
 use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 

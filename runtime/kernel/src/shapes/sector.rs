@@ -1,9 +1,9 @@
 //! The azimuths from φ0 to φ1, without atan2 and without wrapping.
 //!
-//! Azimuth runs from +z to +x: u(φ) = (sin φ, cos φ) in (x, z), v(φ) = (cos φ, −sin φ) at right angles.
-//! q0 = p·v(φ0) and q1 = −p·v(φ1) are the distances to the side planes, positive towards the inside. Up to 180° a
-//! point is inside if both are positive: an intersection of two half-spaces. Beyond, it is outside if both are
-//! negative: the gap is one.
+//! Azimuth runs from +z to +x: u(φ) = (sin φ, cos φ) in (x, z), v(φ) = (cos φ, −sin φ) at right
+//! angles. q0 = p·v(φ0) and q1 = −p·v(φ1) are the distances to the side planes, positive towards
+//! the inside. Up to 180° a point is inside if both are positive: an intersection of two
+//! half-spaces. Beyond, it is outside if both are negative: the gap is one.
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 

@@ -1,7 +1,8 @@
 //! The shapes by their signed distance: the definition that tests hold the intersectors to.
 //!
-//! A bevelled solid is its core (all points whose ball of radius b is in the plain solid) dilated by b: sdf = sdf_core − b.
-//! Written for clarity in f64, with atan2 and asin, and independent of the intersectors.
+//! A bevelled solid is its core (all points whose ball of radius b is in the plain solid) dilated
+//! by b: sdf = sdf_core − b. Written for clarity in f64, with atan2 and asin, and independent of
+//! the intersectors.
 use std::f64::consts::PI;
 
 use super::ShapeKind;

@@ -1,7 +1,8 @@
 //! Volumes by the chords of parallel rays, against closed forms.
 //!
-//! A core of volume V, area S, edges of total ℓθ and χ dilated by b has V + S b + ... (Steiner); here in the form for
-//! extruded solids: V = H (a0 + a1 b + π χ b²) + 2 a0 b + (π/2) a1 b² + (4π/3) χ b³, with area a0, perimeter a1 of the planar core.
+//! A core of volume V, area S, edges of total ℓθ and χ dilated by b has V + S b + ... (Steiner);
+//! here in the form for extruded solids: V = H (a0 + a1 b + π χ b²) + 2 a0 b + (π/2) a1 b² + (4π/3)
+//! χ b³, with area a0, perimeter a1 of the planar core.
 use std::f64::consts::PI;
 
 use super::harness::{Ray, trace};
