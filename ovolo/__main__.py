@@ -17,6 +17,7 @@ from ovolo.terminal import print_stop, report
 COMMANDS = {
     "render": "make a picture of a scene",
     "check": "say what is wrong with scenes",
+    "fmt": "put scene programs into canonical form",
     "compile": "turn a scene into its flat IR",
     "inspect": "say what a scene consists of",
     "serve": "answer over HTTP",

@@ -104,6 +104,12 @@ class CheckAnswer(BaseModel):
     diagnostics: list[Diagnostic]
 
 
+class FormatAnswer(BaseModel):
+    """A program in its canonical form."""
+
+    source: str
+
+
 class CompileAnswer(BaseModel):
     """What a scene consists of."""
 

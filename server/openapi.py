@@ -23,6 +23,7 @@ _MODELS: tuple[type[BaseModel], ...] = (
     models.RaysRequest,
     models.RaysAnswer,
     models.CheckAnswer,
+    models.FormatAnswer,
     models.CompileAnswer,
     models.Problem,
 )

@@ -4,7 +4,7 @@ An example is a `##` section with one source block and one outcome block. The so
 ```` ```ovolo ````, followed by words `name=value` for the limits it is run under; further blocks
 with a file's name, ```` ```ovolo bricks.ovo ````, are files beside it; a ```` ```usda ```` block
 is a stage that must give the same IR. The outcome is `ir`, the canonical text; `diagnostics`,
-their exact rendering; or `picture`, see `draw`.
+their exact rendering; `formatted`, the canonical form; or `picture`, see `draw`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -28,12 +28,14 @@ from dsl.codes import CODES
 from dsl.diagnostics import Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import Files
+from dsl.format import format_source
 from dsl.render_diagnostic import render_diagnostics
 from dsl.scene import SceneGraph
 from dsl.spans import Source
 
 REFERENCE = Path(__file__).parent.parent / "dsl" / "reference"
 BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+KINDS = ("ir", "diagnostics", "formatted", "picture")
 Draw = Callable[[SceneIR], str]
 
 
@@ -62,7 +64,7 @@ def read_example(chapter: str, name: str, blocks: list[tuple[str, list[str], str
     rest = [block for block in blocks if not block[1] or "=" in block[1][0]]
     sources = [(words, text) for kind, words, text in rest if kind == "ovolo"]
     stage = next((text for kind, _, text in rest if kind == "usda"), None)
-    outcomes = [(kind, text) for kind, _, text in rest if kind in ("ir", "diagnostics", "picture")]
+    outcomes = [(kind, text) for kind, _, text in rest if kind in KINDS]
     assert len(sources) == 1, f"{chapter}: `{name}` needs exactly one source"
     assert len(outcomes) == 1, f"{chapter}: `{name}` needs exactly one outcome"
     words = dict(word.split("=", 1) for word in sources[0][0])
@@ -79,6 +81,8 @@ def run(example: Example, folder: Path, draw: Draw) -> str:
     words = {word: int(value) for word, value in example.words.items()}
     files = Files(folder, words.pop("file_bytes", 1_000_000))
     source = Source("scene.ovo", example.source.removesuffix("\n"))
+    if example.kind == "formatted":
+        return format_source(source)[0] or ""
     graph, found = evaluate_source(source, files, Limits(**words))
     return outcome(graph, found, files, example.kind, draw)
 
@@ -105,6 +109,15 @@ def test_example(
         rewrite(example, found)
     else:
         assert found == example.outcome
+
+
+@pytest.mark.parametrize("chapter", sorted({example.chapter for example in EXAMPLES}))
+def test_formatting_keeps_the_meaning(chapter: str, tmp_path: Path, draw: Draw) -> None:
+    for example in EXAMPLES:
+        if example.chapter == chapter and example.kind in ("ir", "picture"):
+            formatted, _ = format_source(Source("scene.ovo", example.source))
+            assert formatted is not None
+            assert run(replace(example, source=formatted), tmp_path, draw) == example.outcome
 
 
 def rewrite(example: Example, found: str) -> None:

@@ -1,4 +1,4 @@
-"""`POST /v1/check` and `POST /v1/compile`: programs without pictures."""
+"""`POST /v1/check`, `/v1/format` and `/v1/compile`: programs without pictures."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from fastapi.responses import Response
 
 from compiler.ir_text import print_ir
 from dsl.diagnostics import CompileError
+from dsl.format import format_source
 from dsl.render_diagnostic import render_diagnostics, to_json
+from dsl.spans import Source
 from server.bodies import JSON, TEXT, read_body
-from server.models import CheckAnswer, CompileAnswer, Program
+from server.models import CheckAnswer, CompileAnswer, FormatAnswer, Program
 from server.negotiation import choose
 from server.openapi import operation, reference
 from server.programs import compile_program
@@ -42,6 +44,29 @@ async def check(request: Request) -> Response:
         ok = not any(diagnostic.severity == "error" for diagnostic in diagnostics)
         answer = {"ok": ok, "diagnostics": [to_json(diagnostic) for diagnostic in diagnostics]}
         return json.dumps(answer).encode()
+
+    return Response(await workshop.run(request, work), media_type=media_type)
+
+
+@router.post(
+    "/format",
+    summary="A program in its canonical form",
+    openapi_extra=operation(Program, {TEXT: {}, JSON: reference(FormatAnswer)}),
+)
+async def format(request: Request) -> Response:
+    """The same words and comments, laid out anew; 422 for a program with faults of syntax."""
+    media_type = choose(request.headers.get("accept"), (TEXT, JSON))
+    body = await read_body(request)
+    workshop: Workshop = request.app.state.workshop
+
+    def work(ticket: Ticket) -> bytes:
+        program = body.parse(Program)
+        formatted, faults = format_source(Source(program.name, program.source))
+        if formatted is None:
+            raise CompileError(faults)
+        if media_type == TEXT:
+            return formatted.encode()
+        return json.dumps({"source": formatted}).encode()
 
     return Response(await workshop.run(request, work), media_type=media_type)
 

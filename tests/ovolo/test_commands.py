@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,33 @@ def test_check_answers_programs_in_json(run: Run) -> None:
     assert outcome.json["ok"] is False
     codes = [fault["code"] for fault in outcome.json["diagnostics"]]
     assert codes == ["name-unknown", "scene-singular-transform"]
+
+
+def test_fmt_rewrites_what_is_not_canonical(run: Run, folder: Path) -> None:
+    (folder / "loose.ovo").write_bytes(b"sphere( 1 )  // one\r\n")
+    outcome = run("fmt", "--check", "loose.ovo", "ball.ovo")
+    assert outcome.code == Exit.FAULTS
+    assert outcome.err == "loose.ovo is not in its canonical form\n"
+    outcome = run("fmt", "--diff", "loose.ovo")
+    assert outcome.code == Exit.OK
+    assert "+sphere(1)  // one\n" in outcome.out
+    assert run("fmt", "loose.ovo", "ball.ovo").code == Exit.OK
+    assert (folder / "loose.ovo").read_bytes() == b"sphere(1)  // one\n"
+    assert run("fmt", "--check", "loose.ovo").code == Exit.OK
+
+
+def test_fmt_leaves_faulty_programs_alone(run: Run, folder: Path) -> None:
+    (folder / "open.ovo").write_text("sphere( 1\n")
+    outcome = run("fmt", "open.ovo", "missing.ovo")
+    assert outcome.code == Exit.FAULTS
+    assert "error[syntax-unclosed]" in outcome.err
+    assert "error[file-missing]" in outcome.err
+    assert (folder / "open.ovo").read_text() == "sphere( 1\n"
+
+
+def test_fmt_filters_standard_input(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("sphere( 1 )"))
+    assert run("fmt", "-").out == "sphere(1)\n"
 
 
 @pytest.mark.parametrize(

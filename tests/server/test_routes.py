@@ -64,6 +64,15 @@ def test_faults_come_as_text_too(client: TestClient) -> None:
     assert " --> a.ovo:1:1" in response.text
 
 
+def test_a_program_is_formatted(client: TestClient) -> None:
+    loose = {"source": "sphere( 1 )"}
+    assert client.post("/v1/format", json=loose).text == "sphere(1)\n"
+    response = client.post("/v1/format", json=loose, headers={"Accept": "application/json"})
+    assert response.json() == {"source": "sphere(1)\n"}
+    faulty = client.post("/v1/format", json={"source": "sphere(1"})
+    assert problem(faulty, 422, "scene-faults")["diagnostics"][0]["code"] == "syntax-unclosed"
+
+
 def test_a_scene_is_summarized_or_printed(client: TestClient) -> None:
     body = {"source": BALL}
     assert client.post("/v1/compile", json=body).json()["instances"] == 1
@@ -316,7 +325,7 @@ def test_faults_of_ours_tell_no_secrets(client: TestClient, monkeypatch: Any) ->
 def test_the_description_covers_everything(client: TestClient) -> None:
     description = client.get("/openapi.json").json()
     assert description["openapi"].startswith("3.1")
-    assert set(description["paths"]) == {"/healthz", "/v1/rays", *SCENE_PATHS}
+    assert set(description["paths"]) == {"/healthz", "/v1/format", "/v1/rays", *SCENE_PATHS}
     schemas = description["components"]["schemas"]
 
     def references(value: object) -> set[str]:
