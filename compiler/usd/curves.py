@@ -1,7 +1,8 @@
 """BasisCurves as chains of tubes with balls at their joints, and Points as balls.
 
 A cubic segment becomes as many tubes as keep their chords within `TOLERANCE` radii of the curve,
-but at most `PIECES`; fewer where a prim would get more than `BUDGET`. Widths are diameters, and 1 where none are authored.
+but at most `PIECES`; fewer where a prim would get more than `BUDGET`. Widths are diameters, and 1
+where none are authored.
 """
 
 from __future__ import annotations

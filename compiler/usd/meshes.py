@@ -19,11 +19,17 @@ class Meshes:
     """Makes the meshes of a stage; prims of one prototype share theirs."""
 
     def __init__(
-        self, clock: Clock, report: Report, appearance: Appearance, options: StageOptions
+        self,
+        clock: Clock,
+        report: Report,
+        appearance: Appearance,
+        options: StageOptions,
+        coarser: int,
     ) -> None:
         self._clock = clock
         self._report = report
         self._options = options
+        self._coarser = coarser
         self._appearance = appearance
         self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
         self._parts: dict[tuple[Sdf.Path, bytes], list[Mesh]] = {}
@@ -38,7 +44,9 @@ class Meshes:
         """
         path = _shared_path(prim)
         if path not in self._surfaces:
-            self._surfaces[path] = read_mesh(prim, self._clock, self._report, self._options)
+            self._surfaces[path] = read_mesh(
+                prim, self._clock, self._report, self._options, self._coarser
+            )
         surface = self._surfaces[path]
         if surface is None:
             return []

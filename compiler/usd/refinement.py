@@ -1,13 +1,15 @@
 """Subdivision meshes as polygons of their limit surface.
 
-By default a mesh of up to 400 faces is refined 4 times, up to 2 000 faces 3 times, up to 8 000
-twice, and beyond that once, counting a face for every four corners: about 200 000 triangles at
-most for all but the last. Beyond 250 000 faces the points of the cage itself are moved to the
-limit.
+By default a mesh is refined as often as makes about 200 000 triangles: of up to 25 faces 6 times,
+of up to 100 5 times, 400 4 times, 2 000 3 times, 8 000 twice, and beyond that once, counting a face
+for every four corners. Beyond 250 000 faces the points of the cage itself are moved to the limit.
+Where all meshes of a stage would get more than `STAGE_TRIANGLES`, each is refined as many times
+less as it takes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -31,11 +33,28 @@ BOUNDARIES: dict[str, Boundary] = {
 }
 
 LEVELS = {"medium": 1, "high": 2, "veryhigh": 3}
-BUDGET = ((400, 4), (2_000, 3), (8_000, 2), (250_000, 1))
+BUDGET = ((25, 6), (100, 5), (400, 4), (2_000, 3), (8_000, 2), (250_000, 1))
 """Faces up to which a mesh is refined so many times."""
 
 MAX_TRIANGLES = 1 << 25
 """A mesh is refined less often than asked if that made more triangles."""
+
+STAGE_TRIANGLES = 1 << 22
+
+
+def coarsening(prims: Iterable[Any], clock: Clock) -> int:
+    """By how much the default levels of these meshes are too many, all of them together."""
+    corners = [
+        np.size(clock.value(prim.GetAttribute("faceVertexIndices")))
+        for prim in prims
+        if clock.token(prim.GetAttribute("subdivisionScheme")) in SCHEMES
+    ]
+    less = 0
+    while less < BUDGET[0][1] and sum(_triangles(c, _budgeted(c, less)) for c in corners) > (
+        STAGE_TRIANGLES
+    ):
+        less += 1
+    return less
 
 
 def refined(
@@ -46,10 +65,11 @@ def refined(
     clock: Clock,
     report: Report,
     options: StageOptions,
+    coarser: int,
 ) -> tuple[FloatArray, Polygons]:
     """Points and polygons of the limit surface of a mesh prim.
 
-    The polygons' `faces` are still those of the prim; all but the first points are new.
+    `coarser` is what `coarsening` says. The polygons' `faces` are still those of the prim.
     """
     polygons = polygons.distinct()
     path = prim.GetPath()
@@ -79,23 +99,33 @@ def refined(
         ),
         points,
         SCHEMES[scheme],
-        _level(len(polygons.corners), options, path, report),
+        _level(len(polygons.corners), options, coarser, path, report),
         smooth_triangles=clock.token(prim.GetAttribute("triangleSubdivisionRule")) == "smooth",
     )
     faces = polygons.faces[surface.faces]
     return surface.points, Polygons(surface.counts, surface.corners, faces, polygons.dropped)
 
 
-def _level(corners: int, options: StageOptions, path: Any, report: Report) -> int:
+def _level(corners: int, options: StageOptions, coarser: int, path: Any, report: Report) -> int:
     if options.complexity is None:
-        return next((level for faces, level in BUDGET if corners <= 4 * faces), 0)
+        return _budgeted(corners, coarser)
     level = asked = LEVELS[options.complexity]
-    while level > 0 and 2 * corners * 4 ** (level - 1) > MAX_TRIANGLES:
+    while level > 0 and _triangles(corners, level) > MAX_TRIANGLES:
         level -= 1
     if level < asked:
         message = f"a mesh is refined {level} times instead of {asked}, for its many faces"
         report.add("usd-subdivision", message, path)
     return level
+
+
+def _budgeted(corners: int, coarser: int) -> int:
+    level = next((level for faces, level in BUDGET if corners <= 4 * faces), 0)
+    return max(level - coarser, 0)
+
+
+def _triangles(corners: int, level: int) -> int:
+    """About how many triangles are made of faces with so many corners."""
+    return corners * int(4**level) // 2
 
 
 def _creases(prim: Any, count: int, clock: Clock, report: Report) -> Creases:

@@ -17,6 +17,7 @@ from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
 from compiler.usd.lights import read_light
 from compiler.usd.options import StageOptions
+from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
 from compiler.usd.traverse import Inherited, Traversal
 from compiler.usd.xform import world_matrix, world_steps
@@ -27,6 +28,7 @@ from dsl.spans import PrimPlace
 _one_at_a_time = threading.Lock()
 """usd-core hands its warnings to the process, not to who asked: one import at a time sees them."""
 
+_LOADED = Usd.PrimIsActive & Usd.PrimIsLoaded
 _PATH = re.compile(r"<(/[^<>]*)>")
 _ADDRESS = re.compile(
     r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@"
@@ -88,7 +90,8 @@ def _import(
     root = stage.GetPseudoRoot() if only is None else _find(stage, only, report)
     if root is None or report.failed:
         return []
-    traversal = Traversal(stage, name, clock, report, options)
+    coarser = _coarsening(stage, root, clock, report) if options.complexity is None else 0
+    traversal = Traversal(stage, name, clock, report, options, coarser)
     parent = root.GetParent() if only is not None else None
     above = traversal.inherited(parent) if parent else Inherited()
     frame = traversal.walk(root, above, Base())
@@ -105,6 +108,16 @@ def _import(
     if up == "Z" and options.surroundings:
         items.append(Settings(up="z"))
     return items
+
+
+def _coarsening(stage: Any, root: Any, clock: Clock, report: Report) -> int:
+    roots = [root, *stage.GetPrototypes()]
+    meshes = [p for r in roots for p in Usd.PrimRange(r, _LOADED) if p.GetTypeName() == "Mesh"]
+    coarser = coarsening(meshes, clock)
+    if coarser:
+        message = f"the stage's {len(meshes)} meshes are refined {coarser} times less, for so many"
+        report.add("usd-subdivision", message, root.GetPath())
+    return coarser
 
 
 def _find(stage: Any, only: str, report: Report) -> Any | None:

@@ -39,12 +39,14 @@ class MeshSurface:
         return Mesh(self.points[used], renumbered[triangles])
 
 
-def read_mesh(prim: Any, clock: Clock, report: Report, options: StageOptions) -> MeshSurface | None:
+def read_mesh(
+    prim: Any, clock: Clock, report: Report, options: StageOptions, coarser: int
+) -> MeshSurface | None:
     """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
 
-    Subdivision meshes are refined to their limit surface (see `compiler.usd.refinement`). Normals
-    of triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left out,
-    but shape those around them.
+    Subdivision meshes are refined to their limit surface, `coarser` times less than by default
+    (see `compiler.usd.refinement`). Normals of triangles point outwards by the prim's
+    `orientation`. Faces in `holeIndices` are left out, but shape those around them.
     """
     path = prim.GetPath()
     points = clock.vectors(prim.GetAttribute("points"), 3)
@@ -69,7 +71,7 @@ def read_mesh(prim: Any, clock: Clock, report: Report, options: StageOptions) ->
         message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
         report.add("usd-subdivision", message, path)
     elif scheme in SCHEMES and options.complexity != "low":
-        points, polygons = refined(points, polygons, scheme, prim, clock, report, options)
+        points, polygons = refined(points, polygons, scheme, prim, clock, report, options, coarser)
     for reason, number in polygons.dropped.items():
         report.add("usd-mesh", f"{number} faces {reason} are left out", path)
     found = triangulate(points, polygons.counts, polygons.corners)

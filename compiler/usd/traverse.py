@@ -80,7 +80,13 @@ class Traversal:
     """Walks the stage; one per import."""
 
     def __init__(
-        self, stage: Any, name: str, clock: Clock, report: Report, options: StageOptions
+        self,
+        stage: Any,
+        name: str,
+        clock: Clock,
+        report: Report,
+        options: StageOptions,
+        coarser: int,
     ) -> None:
         self.stage = stage
         self.name = name
@@ -91,7 +97,7 @@ class Traversal:
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._round = Round()
-        self._meshes = Meshes(clock, report, self.appearance, options)
+        self._meshes = Meshes(clock, report, self.appearance, options, coarser)
         self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
         self._open: list[tuple[object, ...]] = []
 

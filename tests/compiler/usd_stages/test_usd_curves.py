@@ -179,3 +179,24 @@ def test_what_cannot_be_drawn_is_reported(load: Callable[..., Any], kind: str, b
     imported = load(f'def {kind} "c" {{\n{body}\n}}')
     assert imported.leaves == []
     assert "usd-curves" in imported.codes()
+
+
+def test_many_segments_get_fewer_tubes(
+    load: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = [tuple(p) for p in np.random.default_rng(6).uniform(-9, 9, (23, 3)).tolist()]
+    stage = f"""
+def BasisCurves "c" {{
+    uniform token basis = "bspline"
+    int[] curveVertexCounts = [23]
+    point3f[] points = {points}
+    float[] widths = [0.01] (interpolation = "constant")
+}}
+"""
+    tubes = [leaf for leaf in load(stage).leaves if leaf.node.kind == "cylinder"]
+    assert len(tubes) == 20 * 32
+    monkeypatch.setattr("compiler.usd.curves.BUDGET", 100)
+    imported = load(stage)
+    tubes = [leaf for leaf in imported.leaves if leaf.node.kind == "cylinder"]
+    assert 80 <= len(tubes) <= 100
+    assert "640 tubes" in imported.said("fewer").message

@@ -32,7 +32,7 @@ def test_a_cube_that_says_nothing_is_drawn_round_and_outside_out(load: Callable[
     imported = cube(load)
     mesh = imported.leaves[0].node
     assert imported.diagnostics == []
-    assert len(mesh.triangles) == 6 * 4**4 * 2
+    assert len(mesh.triangles) == 6 * 4**6 * 2
     radii = np.linalg.norm(mesh.points, axis=1)
     assert radii.max() / radii.min() < 1.1
     assert 0.0 < volume(mesh) < 0.5
@@ -92,7 +92,7 @@ def test_creases_and_corners_are_sharp(load: Callable[..., Any]) -> None:
 def test_holes_shape_their_neighbours_but_are_not_drawn(load: Callable[..., Any]) -> None:
     whole = cube(load).leaves[0].node
     mesh = cube(load, "int[] holeIndices = [0]").leaves[0].node
-    assert len(mesh.triangles) == 5 * 4**4 * 2
+    assert len(mesh.triangles) == 5 * 4**6 * 2
     known = {tuple(point) for point in whole.points}
     assert all(tuple(point) in known for point in mesh.points)
 
@@ -167,7 +167,7 @@ def Mesh "m" {
 
 def test_the_finer_the_mesh_the_fewer_refinements(load: Callable[..., Any]) -> None:
     counts = {}
-    for rows, columns in ((20, 20), (20, 21), (40, 50), (80, 100), (80, 101)):
+    for rows, columns in ((5, 5), (10, 10), (20, 20), (20, 21), (40, 50), (80, 100), (80, 101)):
         number = np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
         corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
         quads = np.stack(corners, axis=-1).reshape(-1, 4)
@@ -180,4 +180,18 @@ def Mesh "m" {{
 }}
 """).leaves
         counts[len(quads)] = len(leaf.node.triangles) // (2 * len(quads))
-    assert counts == {400: 256, 420: 64, 2000: 64, 8000: 16, 8080: 4}
+    assert counts == {25: 4096, 100: 1024, 400: 256, 420: 64, 2000: 64, 8000: 16, 8080: 4}
+
+
+def test_many_meshes_are_refined_less_all_alike(
+    load: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stage = "".join(f'def Mesh "m{i}" {{{CUBE}}}\n' for i in range(10))
+    instance = 'def "copy{}" (instanceable = true\n inherits = </_box>\n) {{\n}}\n'
+    stage += f'class Xform "_box" {{\ndef Mesh "m" {{{CUBE}}}\n}}\n'
+    stage += "".join(instance.format(i) for i in range(50))
+    monkeypatch.setattr("compiler.usd.refinement.STAGE_TRIANGLES", 12 * 12 * 4**2)
+    imported = load(stage)
+    assert {len(leaf.node.triangles) for leaf in imported.leaves} == {12 * 4**2}
+    assert "refined 4 times less" in imported.said("for so many").message
+    assert load(stage, complexity="veryhigh").diagnostics == []
