@@ -165,6 +165,11 @@ class TokenReader:
         self.close(opener, closer, f"`,` or `{closer}`")
         return items
 
+    def begins_line(self) -> bool:
+        """Whether a newline is between the token before and the current."""
+        start = self.tokens[self.position - 1].end if self.position else 0
+        return any(mark in self.source.encoded()[start : self.token.start] for mark in b"\r\n")
+
     def close(self, opener: Token, closer: str, expected: str = "") -> None:
         """The end of a bracket."""
         kind = self.token.kind
@@ -178,6 +183,9 @@ class TokenReader:
                     help=f"add a `{closer}` for it",
                 )
                 raise SyntaxFault
-            self.expected(expected or f"`{closer}`", secondary=(label,))
+            help = None
+            if expected and self.begins_line():
+                help = f"close the bracket with `{closer}`, or separate the items with `,`"
+            self.expected(expected or f"`{closer}`", help, secondary=(label,))
         self.advance()
         self.nesting -= 1

@@ -20,6 +20,8 @@ COMMANDS = {
     "fmt": "put scene programs into canonical form",
     "compile": "turn a scene into its flat IR",
     "inspect": "say what a scene consists of",
+    "explain": "say what a diagnostic means, with examples",
+    "conformance": "judge an implementation by the language reference",
     "serve": "answer over HTTP",
     "version": "say which version this is",
 }

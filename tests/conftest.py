@@ -16,7 +16,6 @@ LETTERS = np.array([*"abcdefghijklmnopqrstuvwxyz", "."])
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("reference", "the language reference, dsl/reference/*.md")
     group.addoption("--update", action="store_true", help="rewrite the outcomes of its examples")
-    group.addoption("--dump", metavar="FILE", help="write its examples as JSON")
 
 
 @pytest.fixture

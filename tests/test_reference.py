@@ -1,18 +1,10 @@
-"""The language reference is the conformance suite: every example of dsl/reference/*.md is run.
-
-An example is a `##` section with one source block and one outcome block. The source is
-```` ```ovolo ````, followed by words `name=value` for the limits it is run under; further blocks
-with a file's name, ```` ```ovolo bricks.ovo ````, are files beside it; a ```` ```usda ```` block
-is a stage that must give the same IR. The outcome is `ir`, the canonical text; `diagnostics`,
-their exact rendering; `formatted`, the canonical form; or `picture`, see `draw`.
-"""
+"""The language reference is the conformance suite: every example of it is run."""
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,60 +19,24 @@ from dsl.builtins import BUILTINS
 from dsl.codes import CODES
 from dsl.diagnostics import Diagnostic
 from dsl.evaluate import evaluate_source
+from dsl.examples import REFERENCE, Example, read_examples
 from dsl.files import Files
 from dsl.format import format_source
 from dsl.render_diagnostic import render_diagnostics
 from dsl.scene import SceneGraph
 from dsl.spans import Source
 
-REFERENCE = Path(__file__).parent.parent / "dsl" / "reference"
-BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-KINDS = ("ir", "diagnostics", "formatted", "picture")
 Draw = Callable[[SceneIR], str]
-
-
-@dataclass
-class Example:
-    chapter: str
-    name: str
-    source: str
-    words: dict[str, str]
-    files: dict[str, str]
-    stage: str | None
-    kind: str
-    outcome: str
-
-
-def read_examples() -> Iterator[Example]:
-    for chapter in sorted(REFERENCE.glob("*.md")):
-        for section in re.split(r"^## ", chapter.read_text(), flags=re.MULTILINE)[1:]:
-            blocks = [(m[1], m[2].split(), m[3]) for m in BLOCK.finditer(section)]
-            if blocks:
-                yield read_example(chapter.name, section.partition("\n")[0].strip(), blocks)
-
-
-def read_example(chapter: str, name: str, blocks: list[tuple[str, list[str], str]]) -> Example:
-    files = {words[0]: text for _, words, text in blocks if words and "=" not in words[0]}
-    rest = [block for block in blocks if not block[1] or "=" in block[1][0]]
-    sources = [(words, text) for kind, words, text in rest if kind == "ovolo"]
-    stage = next((text for kind, _, text in rest if kind == "usda"), None)
-    outcomes = [(kind, text) for kind, _, text in rest if kind in KINDS]
-    assert len(sources) == 1, f"{chapter}: `{name}` needs exactly one source"
-    assert len(outcomes) == 1, f"{chapter}: `{name}` needs exactly one outcome"
-    words = dict(word.split("=", 1) for word in sources[0][0])
-    return Example(chapter, name, sources[0][1], words, files, stage, *outcomes[0])
 
 
 EXAMPLES = list(read_examples())
 
 
 def run(example: Example, folder: Path, draw: Draw) -> str:
-    for name, text in example.files.items():
-        encoding = "latin-1" if name.startswith("latin") else "utf-8"
-        (folder / name).write_text(text, encoding=encoding)
+    example.write_files(folder)
     words = {word: int(value) for word, value in example.words.items()}
     files = Files(folder, words.pop("file_bytes", 1_000_000))
-    source = Source("scene.ovo", example.source.removesuffix("\n"))
+    source = Source("scene.ovo", example.source)
     if example.kind == "formatted":
         return format_source(source)[0] or ""
     graph, found = evaluate_source(source, files, Limits(**words))
@@ -151,9 +107,3 @@ def test_every_code_of_the_language_has_an_example() -> None:
 def test_every_builtin_has_an_example() -> None:
     text = "\n".join(example.source for example in EXAMPLES if example.kind != "diagnostics")
     assert [name for name in BUILTINS if not re.search(rf"\b{name}\b", text)] == []
-
-
-def test_dump(request: pytest.FixtureRequest) -> None:
-    if (target := request.config.getoption("--dump")) is None:
-        pytest.skip("asked for by --dump FILE")
-    Path(target).write_text(json.dumps([asdict(example) for example in EXAMPLES], indent=1))

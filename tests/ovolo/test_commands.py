@@ -287,7 +287,7 @@ def test_help_names_commands_and_exit_codes(run: Run) -> None:
     outcome = run("--help")
     assert outcome.code == Exit.OK
     for name in COMMANDS:
-        assert f"\n    {name} " in outcome.out
+        assert f"\n    {name}" in outcome.out
         assert run(name, "--help").code == Exit.OK
     for code in Exit:
         assert f"  {code.value:<4} {code.meaning}" in outcome.out
