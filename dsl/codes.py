@@ -97,6 +97,7 @@ CODES: dict[str, Code] = {
     "usd-shape": Code("a primitive without extent", "warning"),
     "usd-mesh": Code("a mesh, or faces of it, that cannot be drawn", "warning"),
     "usd-subdivision": Code("a subdivision surface that is not drawn as it says", "warning"),
+    "usd-skinning": Code("a skinned mesh that is not posed as it says", "warning"),
     "usd-curves": Code("curves or points that are not drawn as they say", "warning"),
     "usd-instancer": Code("instances of a point instancer that are left out", "warning"),
     "usd-primvar": Code("a display colour that is not drawn as it says", "warning"),

@@ -170,4 +170,4 @@ class Gprims:
 
 def is_unsupported(prim: Any) -> bool:
     """Whether a prim has a surface or volume that is not drawn; types with a reader come first."""
-    return bool(prim.IsA(UsdGeom.Boundable) and prim.GetTypeName() != "SkelRoot")
+    return bool(prim.IsA(UsdGeom.Boundable) and prim.GetTypeName() not in ("SkelRoot", "Skeleton"))

@@ -11,6 +11,7 @@ from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
+from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.surfaces import MeshSurface, read_mesh
 from dsl.scene import Material, Mesh
 
@@ -30,6 +31,7 @@ class Meshes:
         self._report = report
         self._options = options
         self._coarser = coarser
+        self._skinning = Skinning(clock, report)
         self._appearance = appearance
         self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
         self._parts: dict[tuple[Sdf.Path, bytes], list[Mesh]] = {}
@@ -42,10 +44,16 @@ class Meshes:
         A material is None where it comes from above the base or from nowhere. Faces of a
         GeomSubset take the subset's binding, all others the mesh's, or else the display colour.
         """
-        path = _shared_path(prim)
+        # Instances of one skinned mesh may be moved by different animations.
+        path = prim.GetPath() if is_skinned(prim) else _shared_path(prim)
         if path not in self._surfaces:
             self._surfaces[path] = read_mesh(
-                prim, self._clock, self._report, self._options, self._coarser
+                prim,
+                self._clock,
+                self._report,
+                self._options,
+                self._coarser,
+                self._skinning,
             )
         surface = self._surfaces[path]
         if surface is None:

@@ -12,6 +12,7 @@ from compiler.usd.options import StageOptions
 from compiler.usd.polygons import triangulate, usable_faces
 from compiler.usd.refinement import SCHEMES, refined
 from compiler.usd.report import Report
+from compiler.usd.skinning import Skinning, is_skinned
 from dsl.scene import FloatArray, IntArray, Mesh
 
 
@@ -40,7 +41,12 @@ class MeshSurface:
 
 
 def read_mesh(
-    prim: Any, clock: Clock, report: Report, options: StageOptions, coarser: int
+    prim: Any,
+    clock: Clock,
+    report: Report,
+    options: StageOptions,
+    coarser: int,
+    skinning: Skinning,
 ) -> MeshSurface | None:
     """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
 
@@ -65,6 +71,8 @@ def read_mesh(
     if points is None or counts is None or indices is None or not len(counts):
         report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
         return None
+    if is_skinned(prim):
+        points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)
     scheme = clock.token(prim.GetAttribute("subdivisionScheme"))
     if scheme not in SCHEMES and scheme != "none":
@@ -83,8 +91,6 @@ def read_mesh(
     if not len(triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
-    if prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue():
-        report.add("usd-mesh", "skinned meshes are drawn in their rest pose", path)
     if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     return MeshSurface(points, triangles, faces, len(counts))

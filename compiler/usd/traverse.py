@@ -22,6 +22,7 @@ from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.round import Round
 from compiler.usd.sheets import is_singular, pressed
+from compiler.usd.skinning import is_skinned
 from compiler.usd.unused import Unused
 from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
@@ -246,6 +247,8 @@ class Traversal:
         binding = self.appearance.binding(prim)
         display = None if binding else self.appearance.display(prim, frame.base)
         if display is not None and display.below and display.above:
+            frame.shared = False
+        if is_skinned(prim) and prim.IsInstanceProxy():
             frame.shared = False
         origin = self.origin(prim, frame)
         for mesh, material in self._meshes.parts(prim, binding, display, frame.base):

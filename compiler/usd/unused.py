@@ -35,6 +35,9 @@ _READ: dict[str, set[str]] = {
     "GeomSubset": {"elementType", "familyName", "indices"},
     "BasisCurves": {"basis", "curveVertexCounts", "points", "type", "widths", "wrap"},
     "Points": {"ids", "points", "widths"},
+    "SkelRoot": set(),
+    "Skeleton": {"bindTransforms", "jointNames", "joints", "restTransforms"},
+    "SkelAnimation": {"joints", "rotations", "scales", "translations"},
     "Backdrop": {"ui:description"},
     "Camera": {
         "clippingPlanes",
@@ -136,7 +139,7 @@ class Unused:
         for name in self._meaningful(prim, kind):
             if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
                 continue
-            if name == "normals" and self._is_smooth(prim):
+            if name == "normals" and kind == "Mesh" and self._is_smooth(prim):
                 continue
             if not self._says_something(prim, name):
                 continue

@@ -293,7 +293,7 @@ def Camera "cam" {
 """)
     said = {d.primary.place.prim: d.code for d in imported.diagnostics if d.primary}
     assert said == {
-        "/model": "usd-attribute", "/skin": "usd-mesh", "/p": "usd-unused",
+        "/model": "usd-attribute", "/skin": "usd-skinning", "/p": "usd-unused",
         "/dome": "usd-light", "/spot": "usd-light", "/cam": "usd-camera",
     }  # fmt: skip
     assert imported.paths() == ["/model/c", "/skin", "/model/c@/p[0]"]

@@ -10,8 +10,27 @@ import pytest
 
 SHAPES = {"Capsule", "Capsule_1", "Cone", "Cube", "Cylinder", "Cylinder_1", "Plane", "Sphere"}
 LIGHTS = {"DistantLight", "SphereLight", "DomeLight", "DomeLight_1"}
-DRAWN = {*SHAPES, *LIGHTS, "Mesh", "PointInstancer", "Camera"}
-PLACES = {"Xform", "Scope", "SkelRoot", "Material", "Shader", "NodeGraph", "GeomSubset", "Backdrop"}
+DRAWN = {
+    *SHAPES,
+    *LIGHTS,
+    "Mesh",
+    "SkelAnimation",
+    "BasisCurves",
+    "Points",
+    "PointInstancer",
+    "Camera",
+}
+PLACES = {
+    "Skeleton",
+    "Xform",
+    "Scope",
+    "SkelRoot",
+    "Material",
+    "Shader",
+    "NodeGraph",
+    "GeomSubset",
+    "Backdrop",
+}
 """Types that are there for others, and show nothing themselves."""
 
 OF_ALL = {
@@ -36,6 +55,9 @@ DRAWN_FROM = {
         "ids", "invisibleIds", "orientations", "orientationsf", "positions", "protoIndices",
         "prototypes", "scales",
     },
+    "SkelAnimation": {"joints", "rotations", "scales", "translations"},
+    "BasisCurves": {"basis", "curveVertexCounts", "points", "type", "widths", "wrap"},
+    "Points": {"ids", "points", "widths"},
     "DistantLight": {*LIGHTING, "inputs:angle"},
     "SphereLight": {*LIGHTING, "inputs:radius", "treatAsPoint"},
     "DomeLight": {*LIGHTING, "guideRadius"},

@@ -1,0 +1,127 @@
+"""Skinned meshes are posed at a time code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+ARM = """
+def SkelRoot "arm" (prepend apiSchemas = ["SkelBindingAPI"]) {
+    double3 xformOp:translate = (100, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Skeleton "bones" (prepend apiSchemas = ["SkelBindingAPI"]) {
+        uniform token[] joints = ["upper", "upper/lower"]
+        uniform matrix4d[] bindTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (2, 0, 0, 1))]
+        uniform matrix4d[] restTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (2, 0, 0, 1))]
+        rel skel:animationSource = </arm/bend>
+    }
+    def SkelAnimation "bend" {
+        uniform token[] joints = ["upper", "upper/lower"]
+        float3[] translations = [(0, 0, 0), (2, 0, 0)]
+        quatf[] rotations.timeSamples = {
+            0: [(1, 0, 0, 0), (1, 0, 0, 0)],
+            10: [(1, 0, 0, 0), (0.70710678, 0, 0, 0.70710678)],
+        }
+        half3[] scales = [(1, 1, 1), (1, 1, 1)]
+    }
+    def Mesh "skin" (prepend apiSchemas = ["SkelBindingAPI"]) {
+        double3 xformOp:translate = (0, 0, 5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        matrix4d primvars:skel:geomBindTransform = ((1, 0, 0, 0), (0, 1, 0, 0),
+            (0, 0, 1, 0), (0, 0, 0, 1))
+        rel skel:skeleton = </arm/bones>
+        uniform token[] skel:joints = ["upper/lower", "upper"]
+        int[] primvars:skel:jointIndices = [1, 0, 0, 1, 0, 1] (
+            elementSize = 2
+            interpolation = "vertex")
+        float[] primvars:skel:jointWeights = [1, 0, 1, 0, 0.25, 0.75] (
+            elementSize = 2
+            interpolation = "vertex")
+        point3f[] points = [(1, 0, 0), (4, 0, 0), (2, 1, 0)]
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        uniform token subdivisionScheme = "none"
+    }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("time", "points"),
+    [
+        (None, [(1, 0, 0), (4, 0, 0), (2, 1, 0)]),
+        (0.0, [(1, 0, 0), (4, 0, 0), (2, 1, 0)]),
+        # The lower arm turns by 90° about (2, 0, 0): (4, 0) goes to (2, 2), (2, 1) to (1, 0) of
+        # which it takes a quarter.
+        (10.0, [(1, 0, 0), (2, 2, 0), (1.75, 0.75, 0)]),
+    ],
+)
+def test_joints_move_points_by_their_weights(
+    load: Callable[..., Any], time: float | None, points: Any
+) -> None:
+    imported = load(ARM, time=time)
+    assert [d.message for d in imported.diagnostics] == []
+    (leaf,) = imported.leaves
+    world = leaf.node.points @ leaf.world[:3, :3].T + leaf.world[:3, 3]
+    np.testing.assert_allclose(world, np.add(points, (100, 0, 0)), atol=1e-6)
+
+
+def test_instances_are_posed_by_their_own_animations(load: Callable[..., Any]) -> None:
+    body = ARM.replace('def SkelRoot "arm"', 'class SkelRoot "_arm"').replace("</arm/", "</_arm/")
+    still = """
+def SkelAnimation "still" {
+    uniform token[] joints = ["upper", "upper/lower"]
+    float3[] translations = [(0, 0, 1), (2, 0, 0)]
+    quatf[] rotations = [(1, 0, 0, 0), (1, 0, 0, 0)]
+    half3[] scales = [(1, 1, 1), (1, 1, 1)]
+}
+"""
+    body = body.replace("        rel skel:animationSource = </_arm/bend>\n", "")
+    imported = load(
+        body
+        + still
+        + still.replace("still", "low").replace("0, 0, 1", "0, -3, 0")
+        + """
+def "a" (instanceable = true
+    inherits = </_arm>
+    prepend apiSchemas = ["SkelBindingAPI"]) {
+    rel skel:animationSource = </still>
+}
+def "b" (instanceable = true
+    inherits = </_arm>
+    prepend apiSchemas = ["SkelBindingAPI"]) {
+    rel skel:animationSource = </low>
+}
+"""
+    )
+    assert [d.message for d in imported.diagnostics] == []
+    assert imported.paths() == ["/a/skin", "/b/skin"]
+    offsets = [(leaf.node.points @ leaf.world[:3, :3].T + leaf.world[:3, 3])[0]
+               for leaf in imported.leaves]  # fmt: skip
+    np.testing.assert_allclose(offsets, [(101, 0, 1), (101, -3, 0)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[1, 0, 0, 1, 0, 1]", "[1, 0, 0, 9, 0, 1]", "do not fit"),
+        ("[1, 0, 0, 1, 0, 1]", "[1, 0]", "do not fit"),
+        ("rel skel:skeleton = </arm/bones>", "", "without a skeleton"),
+        ("rel skel:skeleton = </arm/bones>", "rel skel:skeleton = </no>", "without a skeleton"),
+        ('def SkelRoot "arm"', 'def Xform "arm"', "without a skeleton"),
+    ],
+)
+def test_what_cannot_be_posed_stays_and_is_reported(
+    load: Callable[..., Any], old: str, new: str, words: str
+) -> None:
+    imported = load(ARM.replace(old, new), time=10)
+    (leaf,) = imported.leaves
+    np.testing.assert_array_equal(leaf.node.points[1], (4, 0, 0))
+    assert imported.said(words).code == "usd-skinning"
