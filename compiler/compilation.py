@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
@@ -60,10 +61,15 @@ def compile_text(
     """Compile a scene program.
 
     `name` is what diagnostics print; the files that the program names are found relative to its
-    folder, and read through `files`; stages among them are read at `time`. Raises CompileError.
+    folder, and read through `files`. `time` is the program's `time`, 0 unless it is a number, and
+    the time code of the stages among its files. Raises CompileError; ValueError for a time that is
+    not finite.
     """
     files = files or Files()
-    graph, diagnostics = evaluate_source(Source(name, text), files)
+    seconds = float(time) if isinstance(time, int | float) else 0.0
+    if not isfinite(seconds):
+        raise ValueError(f"a scene has no time {seconds}")
+    graph, diagnostics = evaluate_source(Source(name, text), files, time=seconds)
     return _compile_graph(graph, diagnostics, files, time)
 
 

@@ -36,14 +36,16 @@ _HANDLERS: dict[type, Handler] = {
 
 
 def evaluate(
-    module: ast.Module, files: Files, limits: Limits = DEFAULT_LIMITS
+    module: ast.Module, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """The scene that a module denotes, or None with the faults that it has; never raises.
 
-    Relative file names start from the folder of the module's source name. Faults of parsing are
-    not repeated, but a module with `Missing` parts gives no scene.
+    `time`, a finite number, is what the program calls so. Relative file names start from the
+    folder of the module's source name. Faults of parsing are not repeated, but a module with
+    `Missing` parts gives no scene.
     """
     run = Run(files, limits, _HANDLERS)
+    run.time = time
     if not module.complete:
         return None, []
     with suppress(FileFault):
@@ -61,11 +63,11 @@ def evaluate(
 
 
 def evaluate_source(
-    source: Source, files: Files, limits: Limits = DEFAULT_LIMITS
+    source: Source, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
     module, faults = parse(source, limits)
-    graph, more = evaluate(module, files, limits)
+    graph, more = evaluate(module, files, limits, time)
     diagnostics = in_order([*faults, *more])
     if len(diagnostics) > limits.diagnostics:
         message = f"only the first {limits.diagnostics} faults are shown"

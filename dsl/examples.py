@@ -1,11 +1,11 @@
 """The examples of the language reference: what conforms to the language passes them.
 
 An example is a `##` section of `dsl/reference/*.md` with one source block and one outcome block.
-The source is ```` ```ovolo ````, followed by words `name=value` for the limits it is run under;
-further blocks with a file's name, ```` ```ovolo bricks.ovo ````, are files beside it; a
-```` ```usda ```` block is a stage that must give the same IR. The outcome is `ir`, the canonical
-text; `diagnostics`, their exact rendering; `formatted`, the canonical form; or `picture`, what the
-first camera sees as characters.
+The source is ```` ```ovolo ````, followed by words `name=value` for its `time` and the limits it
+is run under; further blocks with a file's name, ```` ```ovolo bricks.ovo ````, are files beside
+it; a ```` ```usda ```` block is a stage that must give the same IR. The outcome is `ir`, the
+canonical text; `diagnostics`, their exact rendering; `formatted`, the canonical form; or
+`picture`, what the first camera sees as characters.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 class Example:
     """One program of the reference and its outcome.
 
-    `text` is its whole section; `words` are limits, `files` the contents of files by name, `stage`
-    a USD stage of the same scene; `kind` is one of `KINDS`.
+    `text` is its whole section; `words` are the time and limits, `files` the contents of files by
+    name, `stage` a USD stage of the same scene; `kind` is one of `KINDS`.
     """
 
     chapter: str

@@ -169,6 +169,9 @@ class ExpressionParser(TokenReader, ABC):
             case "name":
                 self.advance()
                 return ast.Name(span, str(token.value))
+            case "reserved" if token.value == "time":
+                self.advance()
+                return ast.Name(span, "time")
             case "(":
                 return self.parenthesised()
             case "[":

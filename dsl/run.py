@@ -52,6 +52,7 @@ class Run:
 
     def __init__(self, files: Files, limits: Limits, handlers: dict[type, Handler]) -> None:
         self.files = files
+        self.time = 0.0  # the value of `time`
         self.limits = limits
         self.handlers = handlers
         self.diagnostics: list[Diagnostic] = []

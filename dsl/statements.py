@@ -23,6 +23,7 @@ from dsl.run import Run, Steps, Task
 from dsl.spans import Source, Span
 from dsl.values import (
     POISON,
+    Binding,
     Builtin,
     Closure,
     File,
@@ -38,7 +39,8 @@ from dsl.values import (
 def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     """The value of a file; `scope` receives its top-level names."""
     run.sources[module.source.name] = module.source.text
-    resolution = resolve(module, BUILTINS, run.limits.diagnostics)
+    names = {**BUILTINS, "time": Binding("time", value=run.time)}
+    resolution = resolve(module, names, run.limits.diagnostics)
     run.uses.update(resolution.uses)
     run.definitions.update(resolution.definitions)
     run.report(*resolution.diagnostics)

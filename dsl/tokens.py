@@ -8,7 +8,7 @@ KEYWORDS = frozenset(
     ("let", "fn", "for", "in", "if", "else", "use", "as", "and", "or", "not", "true", "false")
 )
 RESERVED = frozenset(("param", "time"))
-"""Words that will have a meaning and therefore name nothing."""
+"""Words that programs cannot define: `time` is a number that every scene has."""
 
 TokenValue = float | str | tuple[float, float, float] | None
 

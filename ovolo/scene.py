@@ -123,18 +123,25 @@ class Scene:
 def compile_file(path: str | PathLike[str], time: Time = None) -> Scene:
     """Compile a scene program (.ovo) or a USD stage (.usd, .usda, .usdc, .usdz).
 
-    `time` is a time code of the stage, "earliest", or None for default values. Raises
+    `time` is what the program calls `time`, or a time code of the stage, or "earliest"; None is 0
+    for a program and default values for a stage. Raises
     CompileError, whose `diagnostics` tell what is wrong and where, also for files that cannot
     be read.
     """
     return Scene(compile_path(Path(path), time))
 
 
-def compile(text: str, name: str = "scene.ovo", root: str | PathLike[str] | None = None) -> Scene:
+def compile(
+    text: str,
+    name: str = "scene.ovo",
+    root: str | PathLike[str] | None = None,
+    time: float | None = None,
+) -> Scene:
     """Compile the text of a scene program.
 
     `name` stands for the text in diagnostics. With a `root`, the files that the program names
-    must lie in that folder; without, they are found relative to `name`. Raises CompileError.
+    must lie in that folder; without, they are found relative to `name`. `time`: see
+    `compile_file`. Raises CompileError.
     """
     files = Files(None if root is None else Path(root))
-    return Scene(compile_text(text, name, files))
+    return Scene(compile_text(text, name, files, time))

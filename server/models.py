@@ -21,6 +21,9 @@ class Program(BaseModel):
         max_length=1000,
         description="What diagnostics call it; files are found relative to it.",
     )
+    time: float | None = Field(
+        None, allow_inf_nan=False, description="The program's `time`, 0 if not said."
+    )
 
 
 class RenderRequest(Program):

@@ -39,7 +39,8 @@ def run(example: Example, folder: Path, draw: Draw) -> str:
     source = Source("scene.ovo", example.source)
     if example.kind == "formatted":
         return format_source(source)[0] or ""
-    graph, found = evaluate_source(source, files, Limits(**words))
+    time = float(words.pop("time", 0))
+    graph, found = evaluate_source(source, files, Limits(**words), time)
     return outcome(graph, found, files, example.kind, draw)
 
 

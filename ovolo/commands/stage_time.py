@@ -1,4 +1,4 @@
-"""The time at which a USD stage is read: an argument of several commands."""
+"""The time of a scene: an argument of several commands."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ def add_time(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--time",
         type=_time,
-        metavar="CODE",
-        help='time code at which a USD stage is read, or "earliest"; default: default values',
+        metavar="TIME",
+        help="the `time` of a program, default 0; the time code at which a USD stage is read, or "
+        '"earliest", default: default values',
     )
 
 

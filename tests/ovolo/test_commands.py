@@ -91,6 +91,12 @@ def test_check_answers_programs_in_json(run: Run) -> None:
     assert codes == ["name-unknown", "scene-singular-transform"]
 
 
+def test_a_program_has_the_time_that_is_said(run: Run, folder: Path) -> None:
+    (folder / "clock.ovo").write_text("sphere(radius: 1 + time)\n")
+    assert "radius 3.5\n" in run("compile", "clock.ovo", "--time", "2.5").out
+    assert "radius 1\n" in run("compile", "clock.ovo").out
+
+
 def test_fmt_rewrites_what_is_not_canonical(run: Run, folder: Path) -> None:
     (folder / "loose.ovo").write_bytes(b"sphere( 1 )  // one\r\n")
     outcome = run("fmt", "--check", "loose.ovo", "ball.ovo")
