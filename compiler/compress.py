@@ -8,13 +8,15 @@ Branches are numbered children first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 from compiler.provenance import Origins
 from compiler.walk import Walk
-from dsl.scene import Bind, Instances, IntArray, Material, Node, Origin, Step, Transform
+from dsl.scene import Bind, Group, Instances, IntArray, Material, Node, Origin, Step, Transform
 
 # A run this long below a node with several parents is composed once, not once for each parent.
 _LONG = 16
@@ -77,6 +79,7 @@ class Branches:
     """The branches of a graph, children first; the last is the root."""
 
     edges: list[tuple[Edge, ...]] = field(default_factory=list)
+    orders: dict[int, IntArray] = field(default_factory=dict)  # of the edges' lanes, see Group
     chains: list[Chain] = field(default_factory=list)
 
 
@@ -140,11 +143,13 @@ class _Compressor:
         number = self.leaf(node)
         if number is not None:
             return self.with_segment(_Run(number), node.origin)
-        children = (runs[id(child)] for child in self.walk.children(node))
+        children = [runs[id(child)] for child in self.walk.children(node)]
         below = [run for run in children if run]
         if not below:
             return None
-        if len(below) > 1:
+        if len(below) > 1 and isinstance(node, Group) and node.order is not None:
+            run = _Run(~self.ordered(node, children))
+        elif len(below) > 1:
             run = _Run(~self.branch(self.edge(child) for child in below))
         else:
             run = below[0]
@@ -206,9 +211,34 @@ class _Compressor:
         )
         return _Run(~self.branch([batch]))
 
+    def ordered(self, node: Group, runs: Sequence[_Run | None]) -> int:
+        """The branch of a group whose batches' lanes have an order of their own."""
+        assert node.order is not None
+        counts = [_lanes(item) for item in node.items]
+        exists = np.repeat([run is not None for run in runs], counts)
+        edges = []
+        for run, item in zip(runs, node.items, strict=True):
+            if run is None:
+                continue
+            if _lanes(item) == 1:
+                edges.append(self.edge(run))
+            else:
+                (batch,) = self.branches.edges[~run.target]
+                edges.append(batch)
+                if self.walk.references[id(item)] == 1:
+                    self.branches.edges[~run.target] = ()
+        branch = self.branch(edges)
+        self.branches.orders[branch] = (np.cumsum(exists) - 1)[node.order[exists[node.order]]]
+        return branch
+
     def chain(self, chain: Chain) -> int:
         self.branches.chains.append(chain)
         return len(self.branches.chains) - 1
+
+
+def _lanes(node: Node) -> int:
+    count = node.transform.count if isinstance(node, Instances) else None
+    return 1 if count is None else count
 
 
 def _items(link: _Link[T] | None) -> Iterable[T]:

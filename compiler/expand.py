@@ -13,7 +13,7 @@ a tree: each is placed in its parent (-1: the group's own space) by one lane of 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -120,17 +120,25 @@ def joined(tables: Iterable[Table]) -> Table:
 def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]) -> Table:
     """Expand one branch; branches placed once are expanded in place, others copied if not kept."""
     maker = _Maker()
-    stack = [(iter(branches.edges[branch]), -1, NO_MATERIAL, -1)]
+    stack = [(branch, iter(branches.edges[branch]), -1, NO_MATERIAL, -1)]
+    starts: list[int] = []  # the first leaf of every edge, in ordered branches only
     while stack:
-        edges, frame, material, source = stack[-1]
+        number, edges, frame, material, source = stack[-1]
         edge = next(edges, None)
+        if number in branches.orders:
+            starts.append(len(maker.table.leaf_frame))
         if edge is None:
             stack.pop()
+            if number in branches.orders:
+                edge_count = len(branches.edges[number]) + 1
+                lanes = [each.count for each in branches.edges[number]]
+                maker.reorder(starts[-edge_count:], lanes, branches.orders[number])
+                del starts[-edge_count:]
         elif edge.target >= 0 or plan.kept[~edge.target]:
             maker.leaves(edge, frame, material, source)
         elif plan.placements[~edge.target] == 1:
             inner = maker.below(edge, frame, material, source)
-            stack.append((iter(branches.edges[~edge.target]), *inner))
+            stack.append((~edge.target, iter(branches.edges[~edge.target]), *inner))
         else:
             maker.copies(edge, frame, material, source, tables[~edge.target])
     return maker.table
@@ -210,6 +218,20 @@ class _Maker:
             _extend(t.leaf_source, np.full(edge.count, source))
         else:
             _extend(t.leaf_source, self.lane_sources(edge, source))
+
+    def reorder(self, starts: Sequence[int], lanes: Sequence[int], order: Integers) -> None:
+        """Put the lanes of edges, whose leaves begin at `starts` and end at the last, in order."""
+        sizes = np.diff(starts) // lanes
+        first = np.concatenate(
+            [s + size * np.arange(n) for s, size, n in zip(starts, sizes, lanes, strict=False)]
+        )[order]
+        size = np.repeat(sizes, lanes)[order]
+        within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+        rows = np.repeat(first, size) + within
+        t = self.table
+        for column in (t.leaf_frame, t.leaf_target, t.leaf_material, t.leaf_source):
+            leaves = np.frombuffer(column, dtype=np.int64)
+            leaves[starts[0] : starts[-1]] = leaves[rows]
 
     def copies(self, edge: Edge, frame: int, material: int, source: int, inner: Table) -> None:
         """`edge.count` copies of a whole table."""

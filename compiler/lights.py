@@ -56,9 +56,13 @@ def place_lights(walk: Walk) -> PlacedLights:
         placed.diagnostics.append(diagnostic("scene-too-many-lights", message, place, help=mend))
         return placed
     (table,) = expand(branches, planned).values()
-    for lanes, placement in Frames(branches.chains, table).chunks():
-        for lane, number in enumerate(table.leaf_target[lanes]):
-            _add(placed, nodes[number], placement.take(lane))
+    targets = np.frombuffer(table.leaf_target, dtype=np.int64)
+    placements: dict[int, Placement] = {}
+    for leaves, placement in Frames(branches.chains, table).chunks():
+        numbers = np.arange(len(targets))[leaves].tolist()
+        placements.update((leaf, placement.take(lane)) for lane, leaf in enumerate(numbers))
+    for leaf, number in enumerate(targets.tolist()):
+        _add(placed, nodes[number], placements[leaf])
     return placed
 
 

@@ -43,18 +43,21 @@ class Frames:
         self._inner[inner] = np.arange(len(inner))
         self._outer = self._inner_placements(inner)
 
-    def chunks(self) -> Iterator[tuple[slice, Placement]]:
-        """The placements of all leaves, some at a time, each with the slice of leaves it covers."""
+    def chunks(self) -> Iterator[tuple[slice | Integers, Placement]]:
+        """The placements of all leaves, some at a time, each with the leaves that it covers."""
         frame = self._leaf_frame
         known = np.concatenate([self._large[self._chain], [False]])
         chain = np.concatenate([self._chain, [-1]])
         large = np.where(known[frame], chain[frame], -1)
-        starts = np.flatnonzero(np.diff(large, prepend=-2))
+        order = np.argsort(large, kind="stable")
+        starts = np.flatnonzero(np.diff(large[order], prepend=-2))
         for start, end in zip(starts, np.append(starts[1:], len(frame)), strict=False):
             for a in range(start, end, _CHUNK):
-                chunk = slice(a, min(a + _CHUNK, int(end)))
+                leaves = order[a : min(a + _CHUNK, int(end))]
+                first, last = int(leaves[0]), int(leaves[-1])
+                chunk = slice(first, last + 1) if last - first + 1 == len(leaves) else leaves
                 with np.errstate(all="ignore"):
-                    yield chunk, self._placements(frame[chunk], int(large[start]))
+                    yield chunk, self._placements(frame[chunk], int(large[first]))
 
     def _placements(self, frame: Integers, large: int) -> Placement:
         if large >= 0:
@@ -138,8 +141,10 @@ def matrices(
     low = np.zeros((count, 3), dtype=np.float32)
     exists = np.empty(count, dtype=bool)
     for chunk, placement in frames.chunks():
-        placement.forward.round_into(forward[chunk])
-        placement.inverse.round_into(inverse[chunk])
+        for out, affine in (forward, placement.forward), (inverse, placement.inverse):
+            rows = out[chunk]
+            affine.round_into(rows)
+            out[chunk] = rows
         for axis, entry in enumerate(placement.forward.translation):
             low[chunk, axis] = _significant(entry.lo, entry.hi)
         finite = np.isfinite(forward[chunk]) & np.isfinite(inverse[chunk])

@@ -19,13 +19,14 @@ class Limits:
     diagnostics: int = 50
     """Faults that are reported; the run ends there."""
     steps: int = 20_000_000
-    """Expressions evaluated, iterations begun, items copied; a fault counts as 500."""
+    """Expressions evaluated, iterations begun, items copied; a fault counts as 500, an expression
+    that is evaluated in n iterations at once as 1 + n/8."""
     call_depth: int = 1_000
     """Functions called within one another."""
     iterations: int = 2_000_000
     """Iterations of one loop."""
     nodes: int = 2_000_000
-    """Nodes of the scene graph made."""
+    """Nodes of the scene graph made; a batch counts by its placements."""
     list_length: int = 1_000_000
     """Items of one list, or maps of one transform."""
     string_length: int = 100_000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from dsl import ast
@@ -11,6 +12,7 @@ from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.files import Files
 from dsl.kinds import ANGLE, COLOR, INTERVAL
+from dsl.lanes import each, varies
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import POISON, Builtin, Parameter, Signature, Value, format_number
@@ -123,8 +125,10 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     if signature.rest is not None:
         extra = Parameter(builtin.name, signature.rest)
         values.append(tuple(_convert(extra, item, None, "an argument of ") for item in rest))
-    result: Value = signature.function(site, *values)
-    return result
+    if signature.lanes or not any(map(varies, values)):
+        result: Value = signature.function(site, *values)
+        return result
+    return each(partial(signature.function, site), values)  # type: ignore[no-any-return]
 
 
 def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Any:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dsl import ast, scene
+from dsl import ast, batches, scene
 from dsl.calls import Given, Site, assign, call_builtin
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned
+from dsl.lanes import varies
 from dsl.run import Run, Steps, Task
 from dsl.spans import Span
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
-from dsl.values import POISON, Builtin, Closure, File, Scope, Value, type_name
+from dsl.values import POISON, Builtin, Closure, File, Objects, Scope, Value, type_name
 
 
 def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
@@ -67,8 +68,12 @@ def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) 
     if steps is None:
         return value
     run.check_length(len(steps), span)
-    assert isinstance(value, scene.Node)
     transform = scene.Transform(tuple(steps))
+    if run.lanes is not None and (isinstance(value, Objects) or varies(transform)):
+        return batches.placed(value, transform, run.lanes.count)
+    assert isinstance(value, scene.Node)
+    if run.lanes is not None:
+        batches.check_length(value, len(steps))
     return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
 
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from dsl import ast, scene
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, mismatch
+from dsl.lanes import merged
 from dsl.operators import binary, negate, truth
 from dsl.run import Run, Task
-from dsl.values import POISON, Angle, Color, List, Scope, Value, Vector
+from dsl.scene import IntArray
+from dsl.values import POISON, Angle, Color, List, Scope, Truths, Value, Vector
 
 
 def missing(run: Run, node: ast.Missing, scope: Scope) -> Value:
@@ -43,6 +49,8 @@ def name(run: Run, node: ast.Name, scope: Scope) -> Value:
     if binding.value is not None:
         return binding.value
     value = scope.find(binding)
+    if run.lanes is not None:
+        value = run.lanes.narrowed(value)
     if value is None:
         raise Fault(
             "name-before-definition",
@@ -56,12 +64,12 @@ def name(run: Run, node: ast.Name, scope: Scope) -> Value:
 
 def vector(run: Run, node: ast.VectorLiteral, scope: Scope) -> Task:
     """`(x, y, z)`."""
-    components = []
+    components: list[Any] = []
     for part in node.components:
         value = yield part, scope
         if value is POISON:
             raise Poisoned
-        if not isinstance(value, float):
+        if not isinstance(value, float | np.ndarray):
             raise mismatch("a component of a vector", "a number", value, part)
         components.append(value)
     return Vector(tuple(components))
@@ -83,6 +91,8 @@ def unary(run: Run, node: ast.Unary, scope: Scope) -> Task:
     """`-a` and `not a`."""
     value = yield node.operand, scope
     if node.operator.symbol == "not":
+        if isinstance(value, Truths):
+            return Truths(~value.values)
         return not truth(value, node.operand, "the operand of `not`")
     return negate(node.operator, value, node.operand)
 
@@ -94,10 +104,14 @@ def operation(run: Run, node: ast.Operation, scope: Scope) -> Task:
     for op, right_node in zip(node.operators, node.operands[1:], strict=True):
         if op.symbol in ("and", "or"):
             subject = f"an operand of `{op.symbol}`"
+            if isinstance(left, Truths):
+                left = yield from _undecided(run, left, op, right_node, scope)
+                continue
             if truth(left, left_node, subject) is (op.symbol == "or"):
                 return left
             left = yield right_node, scope
-            truth(left, right_node, subject)
+            if not isinstance(left, Truths):
+                truth(left, right_node, subject)
         else:
             right = yield right_node, scope
             left = binary(op, left, right, left_node, right_node)
@@ -111,10 +125,57 @@ def operation(run: Run, node: ast.Operation, scope: Scope) -> Task:
 
 def conditional(run: Run, node: ast.If, scope: Scope) -> Task:
     """The block of the first condition that holds; without one, the empty group."""
-    for condition, block in node.branches:
-        value = yield condition, scope.inside()
-        if truth(value, condition, "a condition"):
-            return (yield block, scope)
-    if node.otherwise is not None:
-        return (yield node.otherwise, scope)
-    return scene.Group((), scene.Origin(node.span))
+    outer, pieces = run.lanes, list[tuple[IntArray, Value]]()
+    try:
+        for condition, block in node.branches:
+            value = yield condition, scope.inside()
+            if isinstance(value, Truths) and not value.values.all():
+                here = run.lanes
+                assert here is not None
+                assert outer is not None
+                if value.values.any():
+                    run.lanes = here.only(value.values)
+                    pieces.append((run.lanes.within(outer), (yield block, scope)))
+                    run.lanes = here.only(~value.values)
+            elif isinstance(value, Truths) or truth(value, condition, "a condition"):
+                result = yield block, scope
+                break
+        else:
+            if node.otherwise is not None:
+                result = yield node.otherwise, scope
+            else:
+                result = scene.Group((), scene.Origin(node.span))
+        if not pieces:
+            return result
+        assert run.lanes is not None
+        assert outer is not None
+        merge: Value = merged([*pieces, (run.lanes.within(outer), result)], outer.count)
+        return merge
+    finally:
+        run.lanes = outer
+
+
+def _undecided(
+    run: Run, left: Truths, op: ast.Operator, right: ast.Expression, scope: Scope
+) -> Task:
+    """`left and right`, `left or right` in lanes: `right` where `left` does not settle it."""
+    lanes = rest = run.lanes
+    assert lanes is not None
+    assert rest is not None
+    settled = left.values if op.symbol == "or" else ~left.values
+    if settled.all():
+        return left
+    try:
+        if settled.any():
+            run.lanes = rest = lanes.only(~settled)
+        value = yield right, scope
+        if not isinstance(value, Truths):
+            truth(value, right, f"an operand of `{op.symbol}`")
+        if not settled.any():
+            return value
+        known = np.flatnonzero(settled)
+        pieces = [(known, op.symbol == "or"), (rest.within(lanes), value)]
+        result: Value = merged(pieces, lanes.count)
+        return result
+    finally:
+        run.lanes = lanes

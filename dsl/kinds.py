@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from dsl import scene
-from dsl.values import Angle, Color, Interval, Kind, List, Value, Vector
+from dsl.values import Angle, Choice, Color, Interval, Kind, List, Value, Vector
 
 
-def _of_type(name: str, kind: type) -> Kind:
+def _of_type(name: str, *kind: type) -> Kind:
     return Kind(name, lambda value: value if isinstance(value, kind) else None)
 
 
@@ -22,8 +24,8 @@ def _vector(length: int) -> Kind:
 
 
 def _interval(value: Value) -> tuple[float, float] | None:
-    if isinstance(value, Interval) and isinstance(value.start, float):
-        return (value.start, value.end) if isinstance(value.end, float) else None
+    if isinstance(value, Interval) and not isinstance(value.start, Angle):
+        return (value.start, value.end) if not isinstance(value.end, Angle) else None
     return None
 
 
@@ -41,12 +43,12 @@ def _numbers(value: Value) -> tuple[float, ...] | None:
     return value.components if isinstance(value, Vector) else None
 
 
-NUMBER = _of_type("a number", float)
+NUMBER = _of_type("a number", float, np.ndarray)
 BOOLEAN = _of_type("a truth value", bool)
 STRING = _of_type("a string", str)
 LIST = _of_type("a list", List)
 TRANSFORM = _of_type("a transform", scene.Transform)
-MATERIAL = _of_type("a material", scene.Material)
+MATERIAL = _of_type("a material", scene.Material, Choice)
 ANGLE = Kind("an angle", lambda value: value.degrees if isinstance(value, Angle) else None)
 COLOR = Kind("a color", lambda value: value.components if isinstance(value, Color) else None)
 VECTOR = Kind("a vector", _numbers)
@@ -55,9 +57,10 @@ INTERVAL = Kind("an interval of numbers", _interval)
 ANGLES = Kind("an interval of angles", _angle_interval)
 ANY = Kind("a value", _any)
 QUANTITY = Kind(
-    "a number or an angle", lambda value: value if isinstance(value, float | Angle) else None
+    "a number or an angle",
+    lambda value: value if isinstance(value, float | Angle | np.ndarray) else None,
 )
 MIXABLE = Kind(
     "a number, an angle, a vector or a color",
-    lambda value: value if isinstance(value, float | Angle | Vector | Color) else None,
+    lambda value: value if isinstance(value, float | Angle | Vector | Color | np.ndarray) else None,
 )

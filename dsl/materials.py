@@ -137,9 +137,11 @@ MATERIALS = (
 )
 
 BIND = Builtin(
-    "material", (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m),)
+    "material",
+    (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m, lanes=True),),
 )
 OVERRIDE = Builtin(
-    "override", (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m),)
+    "override",
+    (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m, lanes=True),),
 )
 """The suffix calls that bind a material: what is below and has its own keeps it, or not."""

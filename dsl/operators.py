@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 
 from dsl import ast, scene
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, mismatch
+from dsl.lanes import Sequential, varies
 from dsl.values import (
     POISON,
     Angle,
     Color,
     Interval,
     List,
+    Truths,
     Value,
     Vector,
     type_name,
@@ -34,6 +39,7 @@ _ORDER: dict[str, Callable[[float, float], bool]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
+_EQUALITY: dict[str, Callable[[float, float], bool]] = {"==": operator.eq, "!=": operator.ne}
 _COMPARABLE = (float, bool, str, Angle, Vector, Color, Interval)
 
 
@@ -90,7 +96,7 @@ def negate(op: ast.Operator, value: Value, node: ast.Expression) -> Value:
     match value:
         case bool():
             pass
-        case float():
+        case float() | np.ndarray():
             return -value
         case Angle(degrees):
             return Angle(-degrees)
@@ -117,44 +123,53 @@ def truth(value: Value, node: ast.Expression, subject: str) -> bool:
 
 def finite(value: Value, op: ast.Operator) -> Value:
     """The value, if all its numbers are finite."""
-    numbers: tuple[float, ...] = ()
+    numbers: tuple[Any, ...] = ()
     match value:
         case Angle(degrees):
             numbers = (degrees,)
         case Vector(components) | Color(components):
             numbers = components
-        case float():
+        case float() | np.ndarray():
             numbers = (value,)
-    if not all(map(math.isfinite, numbers)):
+    if not all(map(_is_finite, numbers)):
         raise _overflow(op)
     return value
 
 
-def _arithmetic(symbol: str, left: Value, right: Value) -> Value:
-    apply = _ARITHMETIC[symbol]
+def _is_finite(number: Any) -> bool:
+    if isinstance(number, np.ndarray):
+        return bool(np.isfinite(number).all())
+    return math.isfinite(number)
+
+
+def _arithmetic(symbol: str, left: Any, right: Any) -> Any:
+    # With arrays the results are arrays: the same in every lane to the last bit.
+    apply: Callable[[Any, Any], Any] = _ARITHMETIC[symbol]
     match left, right:
+        case (np.ndarray(), float() | np.ndarray()) | (float(), np.ndarray()):
+            return apply(left, right)
         case (Angle(a), Angle(b)) if symbol in "+-":
             return Angle(apply(a, b))
         case (Angle(a), Angle(b)) if symbol == "%":
             return Angle(a % b)
         case (Angle(a), Angle(b)) if symbol == "/":
             return a / b
-        case (Angle(a), float(b)) if symbol in "*/":
+        case (Angle(a), float() | np.ndarray() as b) if symbol in "*/":
             return Angle(apply(a, b))
-        case (float(a), Angle(b)) if symbol == "*":
-            return Angle(a * b)
+        case (float() | np.ndarray() as a, Angle(b)) if symbol == "*":
+            return Angle(apply(a, b))
         case (Vector(a), Vector(b)) if symbol in "+-" and len(a) == len(b):
             return Vector(tuple(map(apply, a, b)))
-        case (Vector(a), float(b)) if symbol in "*/":
+        case (Vector(a), float() | np.ndarray() as b) if symbol in "*/":
             return Vector(tuple(apply(c, b) for c in a))
-        case (float(a), Vector(b)) if symbol == "*":
-            return Vector(tuple(a * c for c in b))
+        case (float() | np.ndarray() as a, Vector(b)) if symbol == "*":
+            return Vector(tuple(apply(a, c) for c in b))
         case (Color(a), Color(b)) if symbol in "+-*":
             return Color((apply(a[0], b[0]), apply(a[1], b[1]), apply(a[2], b[2])))
-        case (Color(a), float(b)) if symbol in "*/":
+        case (Color(a), float() | np.ndarray() as b) if symbol in "*/":
             return Color((apply(a[0], b), apply(a[1], b), apply(a[2], b)))
-        case (float(a), Color(b)) if symbol == "*":
-            return Color((a * b[0], a * b[1], a * b[2]))
+        case (float() | np.ndarray() as a, Color(b)) if symbol == "*":
+            return Color((apply(a, b[0]), apply(a, b[1]), apply(a, b[2])))
         case (List(a), List(b)) if symbol == "+":
             return List(a + b)
         case (scene.Transform(steps=a), scene.Transform(steps=b)) if symbol == "*":
@@ -167,17 +182,17 @@ def _interval(
     left: Value, right: Value, left_node: ast.Expression, right_node: ast.Expression
 ) -> Interval:
     for value, node in ((left, left_node), (right, right_node)):
-        if not isinstance(value, float | Angle):
+        if not isinstance(value, float | Angle | np.ndarray):
             raise mismatch("the end of an interval", "a number or an angle", value, node)
-    assert isinstance(left, float | Angle)
-    assert isinstance(right, float | Angle)
-    if type(left) is not type(right):
-        bare, node = (left, left_node) if isinstance(left, float) else (right, right_node)
+    if isinstance(left, Angle) is not isinstance(right, Angle):
+        bare, node = (right, right_node) if isinstance(left, Angle) else (left, left_node)
         raise mismatch("the end of an interval with an angle", "an angle", bare, node)
-    return Interval(left, right)
+    return Interval(left, right)  # type: ignore[arg-type]  # numbers, angles, or arrays
 
 
-def _compare(symbol: str, left: Value, right: Value) -> bool:
+def _compare(symbol: str, left: Value, right: Value) -> bool | Truths:
+    if varies(left) or varies(right):
+        return _compare_lanes(symbol, left, right)
     if symbol in ("==", "!="):
         if type(left) is not type(right) or not isinstance(left, _COMPARABLE):
             raise _Meaningless
@@ -188,6 +203,18 @@ def _compare(symbol: str, left: Value, right: Value) -> bool:
         case (float(a), float(b)) | (Angle(a), Angle(b)):
             return _ORDER[symbol](a, b)
     raise _Meaningless
+
+
+def _compare_lanes(symbol: str, left: Any, right: Any) -> Truths:
+    match left, right:
+        case (Angle(a), Angle(b)):
+            pass
+        case (float() | np.ndarray() as a, float() | np.ndarray() as b):
+            pass
+        case _:
+            raise Sequential
+    compare: Callable[[Any, Any], Any] = {**_ORDER, **_EQUALITY}[symbol]
+    return Truths(compare(a, b))
 
 
 def _overflow(op: ast.Operator) -> Fault:

@@ -13,12 +13,15 @@ from dataclasses import replace
 from types import GeneratorType
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from dsl import ast, scene
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.faults import Exhausted, Fault, Poisoned
 from dsl.files import Files
+from dsl.lanes import Lanes, Sequential
 from dsl.spans import Span
 from dsl.values import (
     Angle,
@@ -43,6 +46,8 @@ Context = Label | tuple[ast.For, tuple[Value, ...]]
 _NodeOfScene = TypeVar("_NodeOfScene", bound=scene.Node)
 
 
+_LANES_PER_STEP = 8
+"""An expression evaluated in so many lanes counts as a step."""
 _FAULT_STEPS = 500
 """What a fault costs, in steps: its message and the search for a like name take about as long."""
 
@@ -63,13 +68,39 @@ class Run:
         self.loaded: dict[str, File | Poison | None] = {}  # by path; None while being read
         self.context: list[Context] = []  # the calls and loops being evaluated, outermost first
         self.depth = 0
+        self.lanes: Lanes | None = None  # the iterations being evaluated at once
+        self.sequential: set[ast.For] = set()  # loops that cannot be
         self._steps = 0
+        self._cost = 1
         self._nodes = 0
         self._reported: set[tuple[str, Span]] = set()
 
     def drive(self, task: Task) -> Value:
         """The value of a task; raises what it does not handle."""
         stack = [task]
+        try:
+            return self._drive(stack)
+        finally:
+            while stack:  # what was given up, from the inside
+                stack.pop().close()
+
+    def at_once(self, task: Task, lanes: Lanes) -> Value:
+        """The value of a task in many iterations; Sequential leaves all as it was."""
+        spent, around = (self._steps, self._nodes), len(self.context)
+        self.lanes = lanes
+        self._cost += lanes.count // _LANES_PER_STEP
+        try:
+            with np.errstate(all="ignore"):
+                return self.drive(task)
+        except Sequential:
+            self._steps, self._nodes = spent
+            del self.context[around:]
+            raise
+        finally:
+            self.lanes = None
+            self._cost = 1
+
+    def _drive(self, stack: list[Task]) -> Value:
         value: Any = None
         raised: Fault | Poisoned | None = None
         while True:
@@ -92,7 +123,7 @@ class Run:
                     raise
                 raised, value = fault, None
                 continue
-            self._steps += 1
+            self._steps += self._cost
             if self._steps > self.limits.steps:
                 self.spend(0, expression.span)
             try:
@@ -112,6 +143,7 @@ class Run:
 
     def record(self, fault: Fault | Poisoned) -> None:
         """Keep a fault, once per code and place, with the calls and loops around it."""
+        self.one_by_one()
         self.faulty = True
         if isinstance(fault, Poisoned):
             return
@@ -131,13 +163,19 @@ class Run:
 
     def exhaust(self, code: str, message: str, span: Span, help: str | None = None) -> None:
         """End the run at a limit."""
+        self.one_by_one()
         raise Exhausted(
             diagnostic(code, message, span, help=help, secondary=self._context_labels())
         )
 
-    def made(self, node: _NodeOfScene, span: Span) -> _NodeOfScene:
-        """Count a node of the scene graph."""
-        self._nodes += 1
+    def one_by_one(self) -> None:
+        """What follows cannot be done in many iterations at once."""
+        if self.lanes is not None:
+            raise Sequential
+
+    def made(self, node: _NodeOfScene, span: Span, edges: int = 1) -> _NodeOfScene:
+        """Count a node of the scene graph, a batch by its edges."""
+        self._nodes += edges
         if self._nodes > self.limits.nodes:
             self.exhaust("limit-nodes", f"more than {self.limits.nodes} objects", span)
         return node

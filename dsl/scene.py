@@ -182,10 +182,15 @@ DEFAULT_MATERIAL = Material()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Several nodes as one, in order of emission."""
+    """Several nodes as one, in order of emission.
+
+    With an `order`, items that are batches are emitted edge by edge: of the edges of all items,
+    listed one item after the other, that of number `order[k]` comes k-th.
+    """
 
     items: tuple[Node, ...]
     origin: Origin | None = None
+    order: IntArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,21 +7,25 @@ name that the statement begins with, and the index of the loop in whose body it 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import PurePath
 from typing import Any
 
-from dsl import ast, scene
+import numpy as np
+
+from dsl import ast, batches, lanes, scene
 from dsl.builtins import BUILTINS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import FileFault
+from dsl.lanes import Sequential
 from dsl.parser import parse
 from dsl.resolve import resolve
 from dsl.run import Run, Steps, Task
 from dsl.spans import Source, Span
 from dsl.values import (
+    EVERY,
     POISON,
     Binding,
     Builtin,
@@ -30,6 +34,7 @@ from dsl.values import (
     Interval,
     List,
     Object,
+    Objects,
     Scope,
     Value,
     type_name,
@@ -45,13 +50,13 @@ def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     run.definitions.update(resolution.definitions)
     run.report(*resolution.diagnostics)
     emitted = yield from _statements(run, module.body, scope)
-    return _block_value(emitted, module.body.span)
+    return _block_value(run, emitted, module.body.span)
 
 
 def block(run: Run, block: ast.Block, scope: Scope) -> Task:
     """`{ statements }`: the value of its only expression, or the group of them."""
     emitted = yield from _statements(run, block, Scope(scope, scope.index))
-    return _block_value(emitted, block.span)
+    return _block_value(run, emitted, block.span)
 
 
 def loop(run: Run, node: ast.For, scope: Scope) -> Task:
@@ -63,6 +68,8 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
         items, count = _iterated(value, variable.range)
         total *= count
         ranges.append(items)
+    if run.lanes is not None and total > run.lanes.count:
+        raise Sequential  # the inner loop is the one to evaluate at once
     if total > run.limits.iterations:
         raise Fault(
             "limit-iterations",
@@ -72,6 +79,11 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
         )
     run.spend(total, node.span)
     bindings = [run.definitions[variable] for variable in node.variables]
+    if run.lanes is None and total >= lanes.FEWEST and node not in run.sequential:
+        try:
+            return _at_once(run, node, scope, ranges, total)
+        except Sequential:
+            run.sequential.add(node)
     rows: list[list[Value]] = []
     for index, raw in enumerate(product(*ranges) if total else ()):
         values = tuple(float(v) if isinstance(v, int) else v for v in raw)
@@ -79,11 +91,42 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
         run.context.append((node, values))
         row = yield from _statements(run, node.body, Scope(variables, index))
         run.context.pop()
-        if POISON in row:
+        if any(value is POISON for value in row):
             return POISON  # the iterations after it would say the same
         rows.append(row)
     columns = zip(*rows, strict=True)
-    return run.made(_group([v for column in columns for v in column], node.span), node.span)
+    group = _group(run, [v for column in columns for v in column], node.span)
+    return run.made(group, node.span) if isinstance(group, scene.Group) else group
+
+
+def _at_once(
+    run: Run, node: ast.For, scope: Scope, ranges: list[Sequence[Any]], total: int
+) -> scene.Group:
+    """The loop's value from one evaluation of its body for all iterations; or Sequential."""
+    every = lanes.Lanes(np.arange(total))
+    variables = Scope(scope)
+    within = total
+    for variable, values in zip(node.variables, ranges, strict=True):
+        within //= len(values)
+        number = every.numbers // within % len(values)
+        if isinstance(values, range):
+            if max(abs(values[0]), abs(values[-1])) > 2**53:
+                raise Sequential
+            value: Any = values[0] + number.astype(np.float64)
+        else:
+            value = lanes.chosen(values, number)
+        variables.values[run.definitions[variable]] = value
+
+    def body() -> Task:
+        objects: list[scene.Node] = []
+        for value in (yield from _statements(run, node.body, Scope(variables, EVERY))):
+            nodes, edges = batches.emitted(value, node.span)
+            objects += (run.made(each, node.span, edges) for each in nodes)
+        return scene.Group(tuple(objects), scene.Origin(node.span))
+
+    group = run.at_once(body(), every)
+    assert isinstance(group, scene.Group)
+    return run.made(group, node.span)
 
 
 def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
@@ -119,6 +162,7 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
 
 def _use(run: Run, statement: ast.Use) -> Task:
     """The file that a `use` names; each is evaluated once."""
+    run.one_by_one()
     if statement.path is None:
         raise Poisoned
     span, path = statement.path.span, statement.path.text
@@ -159,22 +203,32 @@ def _emitted(run: Run, statement: ast.Expression, scope: Scope, grouped: bool) -
         value = yield statement, scope
     else:
         value = yield statement, scope.inside()
-        if isinstance(value, Object):
+        if isinstance(value, Object | Objects):
             value = _labelled(run, value, statement, scope)
+        if scope.index == EVERY and isinstance(value, scene.Node):
+            raise Sequential  # it is the same in every iteration and has no name
     if value is POISON:
         raise Poisoned
-    if grouped and not isinstance(value, scene.Node):
+    if grouped and not isinstance(value, scene.Node | Objects):
         raise no_scene_value(value, statement)
     return value
 
 
-def _labelled(run: Run, value: scene.Node, statement: ast.Expression, scope: Scope) -> Value:
+def _labelled(
+    run: Run, value: scene.Node | Objects, statement: ast.Expression, scope: Scope
+) -> Value:
     """The object with its statement's origin: its own, if the statement made it, or around it."""
     label = _label(run, statement, scope)
     if isinstance(statement, ast.For) and scope.index is not None:
         label = "for"
     if not label:
         return value
+    if run.lanes is not None and (isinstance(value, Objects) or scope.index == EVERY):
+        numbers = run.lanes.numbers if scope.index == EVERY else None
+        index = None if scope.index == EVERY else scope.index
+        origin = scene.Origin(statement.span, label, index)
+        return batches.labelled(value, origin, numbers, run.lanes.count)
+    assert not isinstance(value, Objects)
     origin = scene.Origin(statement.span, label, scope.index)
     old = value.origin
     if old is not None and old.place is statement.span and not old.label:
@@ -193,14 +247,16 @@ def _label(run: Run, statement: ast.Expression, scope: Scope) -> str:
     return first.name if of_file and isinstance(first, ast.Member) else statement.base.name
 
 
-def _block_value(emitted: list[Value], span: Span) -> Value:
-    if POISON in emitted:
+def _block_value(run: Run, emitted: list[Value], span: Span) -> Value:
+    if any(value is POISON for value in emitted):
         return POISON
-    return emitted[0] if len(emitted) == 1 else _group(emitted, span)
+    return emitted[0] if len(emitted) == 1 else _group(run, emitted, span)
 
 
-def _group(values: list[Value], span: Span) -> scene.Group:
+def _group(run: Run, values: list[Value], span: Span) -> scene.Group | Objects:
     """The group of scene values; empty groups contribute nothing."""
+    if run.lanes is not None and any(isinstance(value, Objects) for value in values):
+        return batches.grouped(values, run.lanes.count)
     items = [v for v in values if not (isinstance(v, scene.Group) and not v.items)]
     return scene.Group(tuple(items), scene.Origin(span))  # type: ignore[arg-type]
 
@@ -232,7 +288,7 @@ def no_scene_value(value: Value, statement: ast.Expression) -> Fault:
     )
 
 
-def _iterated(value: Value, node: ast.Expression) -> tuple[Iterable[Any], int]:
+def _iterated(value: Value, node: ast.Expression) -> tuple[Sequence[Any], int]:
     """What a loop runs over and how much that is: the integers a <= i < b, or a list's items."""
     if value is POISON:
         raise Poisoned

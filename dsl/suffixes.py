@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from dsl import ast, scene
+from dsl.batches import bound
 from dsl.builtins import BUILTINS
 from dsl.calls import Given, Site, call_builtin
 from dsl.faults import Fault, Poisoned, mismatch
+from dsl.lanes import Sequential, chosen
 from dsl.materials import BIND, OVERRIDE
+from dsl.scene import FloatArray
 from dsl.suggest import did_you_mean
 from dsl.transforms import PLACE
 from dsl.values import (
     POISON,
+    Choice,
     Color,
     File,
     Interval,
     List,
     Object,
+    Objects,
     Value,
     Vector,
     format_number,
@@ -27,7 +34,7 @@ from dsl.values import (
 
 def movable(value: Value) -> bool:
     """Whether the suffix calls of `PLACE` apply: to objects, lights and cameras."""
-    return isinstance(value, scene.Node) and not isinstance(value, scene.Settings)
+    return isinstance(value, scene.Node | Objects) and not isinstance(value, scene.Settings)
 
 
 def field(value: Value, member: ast.Member) -> Value:
@@ -69,6 +76,8 @@ def item(value: Value, index: Value, suffix: ast.Index) -> Value:
             suffix.span,
             help="lists and vectors can be indexed",
         )
+    if isinstance(index, np.ndarray):
+        return _items(value, index)
     if not isinstance(index, float):
         raise mismatch("an index", "a number", index, suffix.index)
     if index != int(index):
@@ -91,6 +100,14 @@ def item(value: Value, index: Value, suffix: ast.Index) -> Value:
     return items[int(index)]
 
 
+def _items(value: List | Vector, index: FloatArray) -> Value:
+    items: Sequence[Value] = value.items if isinstance(value, List) else value.components
+    if not ((index >= 0) & (index < len(items)) & (index == np.floor(index))).all():
+        raise Sequential
+    result: Value = chosen(items, index.astype(np.int64))
+    return result
+
+
 def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: Site) -> Value:
     """`value.name(arguments)` for all that does not place an object."""
     if isinstance(value, scene.Transform) and member.name == "inverse":
@@ -100,8 +117,10 @@ def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: 
             )
         return value.inverted()
     builtin = {"material": BIND, "override": OVERRIDE}.get(member.name)
-    if builtin is not None and isinstance(value, Object):
+    if builtin is not None and isinstance(value, Object | Objects):
         material = call_builtin(builtin, given, site)
+        if isinstance(value, Objects) or isinstance(material, Choice):
+            return bound(value, material, member.name == "override", site.span)
         assert isinstance(material, scene.Material)
         origin = scene.Origin(site.span)
         return scene.Bind(value, material, member.name == "override", origin)

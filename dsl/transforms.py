@@ -12,13 +12,14 @@ import numpy as np
 
 from dsl.calls import Site
 from dsl.kinds import ANGLE, NUMBER, TRANSFORM, VECTOR3
+from dsl.lanes import stacked
 from dsl.scene import Step, StepKind, Transform, Vector
 from dsl.values import Builtin, Parameter, Signature
 
 
 def step(kind: StepKind, *values: float) -> Transform:
     """The transform of one elementary map."""
-    return Transform((Step(kind, np.array(values, dtype=np.float64)),))
+    return Transform((Step(kind, stacked(values)),))
 
 
 def _translate_by(site: Site, by: Vector) -> Transform:
@@ -101,20 +102,22 @@ TRANSFORMS = (
     Builtin(
         "translate",
         (
-            Signature((Parameter("by", VECTOR3, required=True),), _translate_by),
-            Signature(tuple(Parameter(name, NUMBER, 0.0) for name in "xyz"), _translate),
+            Signature((Parameter("by", VECTOR3, required=True),), _translate_by, lanes=True),
+            Signature(
+                tuple(Parameter(name, NUMBER, 0.0) for name in "xyz"), _translate, lanes=True
+            ),
         ),
     ),
     Builtin(
         "scale",
         (
-            Signature((Parameter("s", NUMBER, required=True),), _scale_by),
-            Signature(tuple(Parameter(name, NUMBER, 1.0) for name in "xyz"), _scale),
+            Signature((Parameter("s", NUMBER, required=True),), _scale_by, lanes=True),
+            Signature(tuple(Parameter(name, NUMBER, 1.0) for name in "xyz"), _scale, lanes=True),
         ),
     ),
-    Builtin("rotate_x", (Signature(_ANGLE, _rotate_about(1.0, 0.0, 0.0)),)),
-    Builtin("rotate_y", (Signature(_ANGLE, _rotate_about(0.0, 1.0, 0.0)),)),
-    Builtin("rotate_z", (Signature(_ANGLE, _rotate_about(0.0, 0.0, 1.0)),)),
+    Builtin("rotate_x", (Signature(_ANGLE, _rotate_about(1.0, 0.0, 0.0), lanes=True),)),
+    Builtin("rotate_y", (Signature(_ANGLE, _rotate_about(0.0, 1.0, 0.0), lanes=True),)),
+    Builtin("rotate_z", (Signature(_ANGLE, _rotate_about(0.0, 0.0, 1.0), lanes=True),)),
     Builtin("rotate", (Signature((_AXIS, *_ANGLE), _rotate),)),
     Builtin(
         "shear",
@@ -122,11 +125,12 @@ TRANSFORMS = (
             Signature(
                 tuple(Parameter(n, NUMBER, 0.0) for n in ("xy", "xz", "yx", "yz", "zx", "zy")),
                 _shear,
+                lanes=True,
             ),
         ),
     ),
     Builtin("reflect", (Signature((_AXIS,), _reflect),)),
-    Builtin("matrix", (Signature((), _matrix, rest=NUMBER),)),
+    Builtin("matrix", (Signature((), _matrix, rest=NUMBER, lanes=True),)),
     Builtin("look_at", (Signature(LOOK_AT, look_at),)),
 )
 
@@ -134,7 +138,7 @@ PLACE = {
     **{builtin.name: builtin for builtin in TRANSFORMS},
     "transform": Builtin(
         "transform",
-        (Signature((Parameter("t", TRANSFORM, required=True),), lambda site, t: t),),
+        (Signature((Parameter("t", TRANSFORM, required=True),), lambda site, t: t, lanes=True),),
     ),
 }
 """The suffix calls that place an object."""

@@ -10,7 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from dsl import ast, scene
+from dsl.scene import IntArray
 from dsl.spans import Span
 
 
@@ -62,11 +66,14 @@ class Binding:
     value: Value | None = None
 
 
+EVERY = -1
+
+
 @dataclass(slots=True, eq=False)
 class Scope:
     """The values of one block's bindings, and the scope around it.
 
-    `index` numbers what the statements of a loop's body emit.
+    `index` numbers what the statements of a loop's body emit; `EVERY` is each lane's own.
     """
 
     parent: Scope | None = None
@@ -130,12 +137,14 @@ class Signature:
     """One way to call a builtin.
 
     `function` takes the `dsl.calls.Site` and the converted arguments in order of `parameters`;
-    those beyond `parameters`, if `rest` says their kind, come last as a tuple.
+    those beyond `parameters`, if `rest` says their kind, come last as a tuple. With `lanes` it
+    takes arrays for numbers too, and is evaluated in all lanes at once.
     """
 
     parameters: tuple[Parameter, ...]
     function: Callable[..., Any]
     rest: Kind | None = None
+    lanes: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,6 +153,44 @@ class Builtin:
 
     name: str
     signatures: tuple[Signature, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truths:
+    """A truth value in every lane of a loop, see `dsl.lanes`; `values` `(n,)`."""
+
+    values: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """One of several materials in every lane: `options[which[lane]]`."""
+
+    options: tuple[scene.Material, ...]
+    which: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """An object placed once in each of some lanes, which ascend.
+
+    `steps` are batches of `len(lanes)` or hold for all. `origin` is the statement that emits it in
+    the loop's body and `numbers` the iterations; there is nothing above them.
+    """
+
+    lanes: IntArray
+    child: scene.Node
+    steps: tuple[scene.Step, ...] = ()
+    origin: scene.Origin | None = None
+    numbers: IntArray | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Objects:
+    """What each of `count` lanes contains: its parts, in their order."""
+
+    parts: tuple[Part, ...]
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +216,10 @@ Value = (
     | scene.Material
     | scene.Node
     | Poison
+    | scene.FloatArray
+    | Truths
+    | Choice
+    | Objects
 )
 
 Object = scene.Shape | scene.Mesh | scene.File | scene.Group | scene.Instances | scene.Bind

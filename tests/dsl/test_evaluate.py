@@ -198,11 +198,15 @@ def test_the_results_of_a_loop_come_statement_by_statement() -> None:
         ("fn f(n) { f(n - 1) + f(n - 1) }\nlet a = f(1)", "limit-call-depth"),
         ("for i in 0..1e300 { sphere() }", "limit-iterations"),
         ("for i in 0..1e300, j in 0..1e300 { sphere() }", "limit-iterations"),
-        ("for i in 0..99 { for j in 0..99 {} }", "limit-steps"),
+        ("for i in 0..30 { for j in 0..30 { for k in 0..30 {} } }", "limit-steps"),
         ("for i in 0..99 { for j in 0..99 { let a = unknown + 1 } }", "name-unknown"),
         ("for i in 0..99 { let a = sphere(raduis: 1)\n{} }", "limit-steps"),
         ("let t = scale(1)" + " * scale(1)" * 50 + "\nsphere()" + ".transform(t)" * 99, "limit"),
-        ("fn f(n) { for i in 0..99 { f2(n) } }\nfn f2(n) { for i in 0..99 { {} } }\nf(1)", "limit"),
+        (
+            "fn f(n) { for i in 0..30 { f2(n) } }\n"
+            "fn f2(n) { for i in 0..30 { for j in 0..30 { {} } } }\nf(1)",
+            "limit",
+        ),
         ("for i in 0..99 { for j in 0..99 { sphere() } }", "limit"),
         ("fn f(l) { f(l + l) }\nlet a = f([1])", "limit-list-length"),
         ("fn f(t) { f(t * t) }\nlet a = f(scale(1))", "limit-list-length"),

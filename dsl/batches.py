@@ -1,0 +1,179 @@
+"""Objects in lanes: how they are placed, bound, grouped and emitted as batches of instances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from dsl import scene
+from dsl.lanes import Sequential, among, as_objects
+from dsl.scene import IntArray
+from dsl.spans import Span
+from dsl.values import Choice, Object, Objects, Part, Value
+
+_LONG = 16
+"""Longer runs of maps below a shared node are composed apart; see `compiler.compress`."""
+
+
+def placed(value: Value, transform: scene.Transform, count: int) -> Objects:
+    """Every lane's object, placed."""
+    objects = as_objects(value, count)
+    if _crowded(objects):
+        raise Sequential  # the maps would hold for a group in every lane
+    return Objects(tuple(_moved(part, transform) for part in objects.parts), objects.count)
+
+
+def _moved(part: Part, transform: scene.Transform) -> Part:
+    if part.origin is not None or (
+        part.steps and len(part.steps) + _run_length(part.child) >= _LONG
+    ):
+        raise Sequential
+    steps = tuple(
+        step
+        if step.values.ndim == 1
+        else scene.Step(step.kind, step.values[part.lanes], step.inverse)
+        for step in transform.steps
+    )
+    return replace(part, steps=part.steps + steps)
+
+
+def check_length(node: scene.Node, steps: int) -> None:
+    """Sequential if so many maps more would be composed apart because the lanes share them."""
+    if steps + _run_length(node) >= _LONG:
+        raise Sequential
+
+
+def _run_length(node: scene.Node) -> int:
+    """The maps between a node and where the graph below it divides, counted up to 16."""
+    length = 0
+    while length < _LONG:
+        match node:
+            case scene.Instances():
+                length += len(node.transform.steps)
+                node = node.child
+            case scene.Bind():
+                node = node.child
+            case scene.Group(items=(only,)):
+                node = only
+            case _:
+                break
+    return length
+
+
+def bound(value: Value, material: Any, override: bool, span: Span) -> Objects:
+    """Every lane's object with a material; one of them differs between lanes."""
+    parts: list[Part] = []
+    n = value.count if isinstance(value, Objects) else len(material.which)
+    for part in as_objects(value, n).parts:
+        if part.origin is not None:
+            raise Sequential
+        for kept, option in _options(material, part.lanes):
+            child = scene.Bind(part.child, option, override, scene.Origin(span))
+            parts.append(
+                replace(part if kept is None else among(part, kept, part.lanes[kept]), child=child)
+            )
+    return Objects(tuple(parts), n)
+
+
+def _options(material: Any, lanes: IntArray) -> Iterable[tuple[Any, scene.Material]]:
+    if isinstance(material, scene.Material):
+        return [(None, material)]
+    if not isinstance(material, Choice):
+        raise Sequential
+    which = material.which[lanes]
+    used = np.unique(which)
+    if len(used) > 64:
+        raise Sequential
+    return [(which == option, material.options[option]) for option in used]
+
+
+def labelled(value: Value, origin: scene.Origin, numbers: IntArray | None, n: int) -> Objects:
+    """Every lane's object as a statement emits it: `numbers` if in the body of the loop itself."""
+    parts = []
+    for part in as_objects(value, n).parts:
+        if part.origin is not None:
+            raise Sequential
+        if numbers is not None:
+            part = replace(part, origin=origin, numbers=numbers[part.lanes])
+        else:
+            part = replace(
+                part, child=scene.Instances(part.child, scene.Transform(), origin=origin)
+            )
+        parts.append(part)
+    return Objects(tuple(parts), n)
+
+
+def grouped(values: Sequence[Any], count: int) -> Objects:
+    """In every lane the group of what the values are in it."""
+    parts = [part for value in values for part in as_objects(value, count).parts]
+    return Objects(tuple(parts), count)
+
+
+def _crowded(objects: Objects) -> bool:
+    """Whether some lane has several parts."""
+    total = sum(len(part.lanes) for part in objects.parts)
+    if total > objects.count:
+        return True
+    if len(objects.parts) < 2:
+        return False
+    times = np.bincount(np.concatenate([part.lanes for part in objects.parts]))
+    return int(times.max(initial=0)) > 1
+
+
+def emitted(value: Value, span: Span) -> tuple[list[scene.Node], int]:
+    """One statement's objects of all lanes, lane by lane, and how many they are."""
+    if not isinstance(value, Objects):
+        return [], 0  # the empty group
+    parts = [part for part in value.parts if len(part.lanes)]
+    nodes = [_batch(part, span) for part in parts]
+    total = sum(len(part.lanes) for part in parts)
+    if len(nodes) < 2:
+        return list(nodes), total
+    if any(map(_sheds_light, {id(part.child): part.child for part in parts}.values())):
+        raise Sequential
+    order = np.argsort(np.concatenate([part.lanes for part in parts]), kind="stable")
+    return [scene.Group(tuple(nodes), scene.Origin(span), order)], total
+
+
+def _batch(part: Part, span: Span) -> scene.Node:
+    origin, numbers = part.origin or scene.Origin(span), part.numbers
+    if len(part.lanes) == 1:
+        steps = tuple(
+            step if step.values.ndim == 1 else scene.Step(step.kind, step.values[0], step.inverse)
+            for step in part.steps
+        )
+        index = None if numbers is None else int(numbers[0])
+        return scene.Instances(
+            part.child, scene.Transform(steps), origin=replace(origin, index=index)
+        )
+    if not part.steps:
+        raise Sequential
+    transform = scene.Transform(part.steps)
+    if transform.count is None:
+        first = part.steps[0]
+        values = np.broadcast_to(first.values, (len(part.lanes), len(first.values)))
+        same = scene.Step(first.kind, values, first.inverse)
+        transform = scene.Transform((same, *part.steps[1:]))
+    return scene.Instances(part.child, transform, numbers, origin)
+
+
+def _sheds_light(node: scene.Node) -> bool:
+    """Whether there is something other than objects below a node: it has an order of its own."""
+    stack, seen = [node], {id(node)}
+    while stack:
+        below = stack.pop()
+        match below:
+            case scene.Group():
+                children = below.items
+            case scene.Instances() | scene.Bind():
+                children = (below.child,)
+            case _ if isinstance(below, Object):
+                children = ()
+            case _:
+                return True
+        stack += (child for child in children if id(child) not in seen)
+        seen.update(map(id, children))
+    return False
