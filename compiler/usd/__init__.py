@@ -4,7 +4,7 @@ What is drawn, and where, is what usd-core says of the composed stage:
 
 - Geometry stays in stage space and units: `upAxis` and `metersPerUnit` move nothing.
 - Purposes `default` and `render` are drawn; the nearest authored purpose of a prim wins.
-- Subdivision meshes are drawn as their limit surface, unless `StageOptions.complexity` is "low".
+- Subdivision meshes are drawn as their cages, or, by `StageOptions.complexity`, at their limit.
 - Time None reads an attribute's default value where one is authored, else its earliest sample.
 - Leaves are numbered in namespace order, depth first; within a point instancer prototype by
   prototype in the order of its relationship, and within a prototype by position in the instancer's

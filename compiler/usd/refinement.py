@@ -1,7 +1,7 @@
 """Subdivision meshes as polygons of their limit surface.
 
-By default a mesh is refined as often as makes about 200 000 triangles: of up to 25 faces 6 times,
-of up to 100 5 times, 400 4 times, 2 000 3 times, 8 000 twice, and beyond that once, counting a face
+At the complexity "limit" a mesh is refined as often as makes about 200 000 triangles: of up to
+25 faces 6 times, of up to 100 5 times, 400 4 times, 2 000 3 times, 8 000 twice, and beyond that once, counting a face
 for every four corners. Beyond 250 000 faces the points of the cage itself are moved to the limit.
 Where all meshes of a stage would get more than `STAGE_TRIANGLES`, each is refined as many times
 less as it takes.
@@ -107,7 +107,7 @@ def refined(
 
 
 def _level(corners: int, options: StageOptions, coarser: int, path: Any, report: Report) -> int:
-    if options.complexity is None:
+    if options.complexity == "limit":
         return _budgeted(corners, coarser)
     level = asked = LEVELS[options.complexity]
     while level > 0 and _triangles(corners, level) > MAX_TRIANGLES:

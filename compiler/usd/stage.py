@@ -90,7 +90,7 @@ def _import(
     root = stage.GetPseudoRoot() if only is None else _find(stage, only, report)
     if root is None or report.failed:
         return []
-    coarser = _coarsening(stage, root, clock, report) if options.complexity is None else 0
+    coarser = _coarsening(stage, root, clock, report) if options.complexity == "limit" else 0
     traversal = Traversal(stage, name, clock, report, options, coarser)
     parent = root.GetParent() if only is not None else None
     above = traversal.inherited(parent) if parent else Inherited()

@@ -50,9 +50,9 @@ def read_mesh(
 ) -> MeshSurface | None:
     """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
 
-    Subdivision meshes are refined to their limit surface, `coarser` times less than by default
-    (see `compiler.usd.refinement`). Normals of triangles point outwards by the prim's
-    `orientation`. Faces in `holeIndices` are left out, but shape those around them.
+    Subdivision meshes are refined to their limit surface if asked for, `coarser` times less than
+    their faces allow (see `compiler.usd.refinement`). Normals of triangles point outwards by the
+    prim's `orientation`. Faces in `holeIndices` are left out, but shape those around them.
     """
     path = prim.GetPath()
     points = clock.vectors(prim.GetAttribute("points"), 3)
@@ -78,7 +78,10 @@ def read_mesh(
     if scheme not in SCHEMES and scheme != "none":
         message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
         report.add("usd-subdivision", message, path)
-    elif scheme in SCHEMES and options.complexity != "low":
+    elif scheme in SCHEMES and options.complexity == "low":
+        message = "subdivision meshes are drawn as their cages"
+        report.add("usd-subdivision", message, path, "a higher complexity draws their limit")
+    elif scheme in SCHEMES:
         points, polygons = refined(points, polygons, scheme, prim, clock, report, options, coarser)
     for reason, number in polygons.dropped.items():
         report.add("usd-mesh", f"{number} faces {reason} are left out", path)

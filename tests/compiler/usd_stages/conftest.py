@@ -72,10 +72,14 @@ class Imported:
 
 @pytest.fixture
 def load(tmp_path: Path) -> Callable[..., Imported]:
-    """Import the text of a .usda stage, or a path; other keywords are `StageOptions`."""
+    """Import the text of a .usda stage, or a path, with subdivision surfaces at their limit.
+
+    Other keywords are `StageOptions`.
+    """
 
     def load(stage: str | Path, **choices: Any) -> Imported:
         path = stage
+        choices.setdefault("complexity", "limit")
         if isinstance(stage, str):
             path = tmp_path / "stage.usda"
             path.write_text("#usda 1.0\n" + stage)

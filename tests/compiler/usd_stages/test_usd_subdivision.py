@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compiler.usd.options import StageOptions
+
 CUBE = """
     point3f[] points = [(-0.5, -0.5, -0.5), (-0.5, -0.5, 0.5), (-0.5, 0.5, -0.5), (-0.5, 0.5, 0.5),
                         (0.5, -0.5, -0.5), (0.5, -0.5, 0.5), (0.5, 0.5, -0.5), (0.5, 0.5, 0.5)]
@@ -28,7 +30,15 @@ def cube(load: Callable[..., Any], lines: str = "", **options: Any) -> Any:
     return imported
 
 
-def test_a_cube_that_says_nothing_is_drawn_round_and_outside_out(load: Callable[..., Any]) -> None:
+def test_a_cage_is_drawn_with_a_warning_unless_told_otherwise(load: Callable[..., Any]) -> None:
+    imported = cube(load, complexity=StageOptions().complexity)
+    assert len(imported.leaves[0].node.triangles) == 12
+    assert imported.said("drawn as their cages").code == "usd-subdivision"
+
+
+def test_the_limit_of_a_cube_is_round_and_outside_out(
+    load: Callable[..., Any],
+) -> None:
     imported = cube(load)
     mesh = imported.leaves[0].node
     assert imported.diagnostics == []
