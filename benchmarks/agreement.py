@@ -94,7 +94,11 @@ class Judge:
     def compare(self, rays: Rays, precision: str, tally: Tally) -> None:
         """Trace and judge the rays."""
         truth = self.interpreted(rays)
-        t, normal, position, leaf, prototype, material = Kernel(self.ir, precision).trace(*rays)
+        kernel = Kernel(self.ir, precision)
+        t, leaf, primitive = kernel.trace(*rays)
+        normal, position, prototype, material = kernel.surface(
+            rays.origins, rays.directions, t, leaf, primitive
+        )
         traced = Answer(t, normal, position, leaf, material.astype(np.int64))
         doubtful = self.differs(rays, truth, traced, precision)
         agreed = np.flatnonzero((leaf >= 0) & ~doubtful)

@@ -43,19 +43,36 @@ class Kernel:
         threads: int = 0,
     ) -> tuple[
         NDArray[np.float64],
-        NDArray[np.float64],
-        NDArray[np.float64],
         NDArray[np.int64],
-        NDArray[np.int32],
-        NDArray[np.int32],
+        NDArray[np.uint32],
     ]:
         """Closest hits with t_min < t < t_max.
 
-        Returns t (n,), normal (n, 3), position (n, 3), instance (n,), prototype, material. Rays
-        `(n, 3)`, bounds `(n,)` or `(1,)`, C-contiguous. `threads` 0 takes all cores. A miss has
-        t = inf, normal and position NaN, indices -1. A ray that is not finite, or has a zero
+        Returns t, instance and primitive (the triangle of a mesh, else 0), each (n,): what
+        `surface` wants. Rays `(n, 3)`, bounds `(n,)` or `(1,)`, C-contiguous. `threads` 0 takes
+        all cores. A miss has t = inf and instance -1. A ray that is not finite, or has a zero
         direction, misses. Ties in t go to the lowest leaf number. Releases the GIL;
         KeyboardInterrupt ends it.
+        """
+
+    def surface(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        t: NDArray[np.float64],
+        instance: NDArray[np.int64],
+        primitive: NDArray[np.uint32],
+        threads: int = 0,
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.int32],
+        NDArray[np.int32],
+    ]:
+        """The surfaces where `trace` has found these rays to hit.
+
+        Returns normal (n, 3), position (n, 3), prototype (n,), material (n,). A miss, or an
+        instance or primitive that there is not, has NaN and -1.
         """
 
     def occluded(

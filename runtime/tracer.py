@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Literal, Protocol
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from compiler.ir import SceneIR
+
+if TYPE_CHECKING:
+    from runtime._kernel import Kernel
 
 FloatArray = NDArray[np.float64]
 
@@ -25,7 +28,7 @@ Answer = tuple[
 
 
 class Backend(Protocol):
-    """Whatever answers checked rays: the kernel, or the reference interpreter."""
+    """Whatever answers checked rays at once and in full, such as the reference interpreter."""
 
     def trace(
         self,
@@ -34,7 +37,7 @@ class Backend(Protocol):
         t_min: FloatArray,
         t_max: FloatArray,
     ) -> Answer:
-        """Closest hits, as `runtime._kernel.Kernel.trace`."""
+        """Closest hits: t, normal, position, instance, prototype, material, as in `Hits`."""
 
     def occluded(
         self,
@@ -46,25 +49,55 @@ class Backend(Protocol):
         """Whether anything is hit, as `runtime._kernel.Kernel.occluded`."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+class Surface(NamedTuple):
+    """What is known of n hits beyond where along the ray they are; see `Hits`."""
+
+    normal: FloatArray
+    position: FloatArray
+    prototype: NDArray[np.int32]
+    material: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
 class Hits:
     """The closest hits of n rays, row i for ray i.
 
-    A miss has t = inf, position and normal NaN, and -1 for every number.
+    A miss has t = inf, position and normal NaN, and -1 for every number. What `Surface` has is
+    computed when one of it is first asked for, from the rays as they were when traced.
     """
 
     t: FloatArray
     """(n,) ray parameter, in units of the ray's direction as given."""
-    normal: FloatArray
-    """(n, 3) world space, unit, geometric, outward; not flipped towards the ray."""
-    position: FloatArray
-    """(n, 3) world space, on the surface."""
     instance: NDArray[np.int64]
     """(n,) number of the instance in order of emission; see `object_path`."""
-    prototype: NDArray[np.int32]
-    """(n,) prototype of the scene's IR that the instance places."""
-    material: NDArray[np.int32]
-    """(n,) row of the IR's materials."""
+    compute_surface: Callable[[], Surface]
+
+    @cached_property
+    def _surface(self) -> Surface:
+        return self.compute_surface()
+
+    @property
+    def normal(self) -> FloatArray:
+        """(n, 3) world space, unit, geometric, outward; not flipped towards the ray."""
+        return self._surface.normal
+
+    @property
+    def position(self) -> FloatArray:
+        """(n, 3) world space, on the surface."""
+        return self._surface.position
+
+    @property
+    def prototype(self) -> NDArray[np.int32]:
+        """(n,) prototype of the scene's IR that the instance places."""
+        return self._surface.prototype
+
+    @property
+    def material(self) -> NDArray[np.int32]:
+        """(n,) row of the IR's materials."""
+        return self._surface.material
+
+    def __reduce__(self) -> tuple[type[Hits], tuple[object, ...]]:
+        return Hits, (self.t, self.instance, partial(Surface, *self._surface))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -104,14 +137,14 @@ class Tracer:
         if precision not in ("float32", "float64"):
             raise ValueError(f'precision is "float32" or "float64", not {precision!r}')
         kernel = Kernel(ir, precision, isa)
-        self._trace: Callable[..., Answer] = partial(kernel.trace, threads=threads)
+        self._trace: Callable[..., Hits] = partial(_closest, kernel, threads)
         self._occluded: Callable[..., NDArray[np.bool_]] = partial(kernel.occluded, threads=threads)
 
     @classmethod
     def over(cls, backend: Backend) -> Tracer:
         """Another backend, such as `runtime.reference.ReferenceTracer`, behind the same face."""
         tracer = cls.__new__(cls)
-        tracer._trace, tracer._occluded = backend.trace, backend.occluded
+        tracer._trace, tracer._occluded = partial(_in_full, backend), backend.occluded
         return tracer
 
     def trace(
@@ -127,7 +160,7 @@ class Tracer:
         are scalars or (n,). Directions are not normalised. A ray that is not finite, or whose
         direction is zero, misses. Raises ValueError for other shapes or for non-numbers.
         """
-        return Hits(*self._trace(*_rays(origins, directions, t_min, t_max)))
+        return self._trace(*_rays(origins, directions, t_min, t_max, keep=True))
 
     def occluded(
         self,
@@ -140,12 +173,41 @@ class Tracer:
         return self._occluded(*_rays(origins, directions, t_min, t_max))
 
 
+def _closest(
+    kernel: Kernel,
+    threads: int,
+    origins: FloatArray,
+    directions: FloatArray,
+    t_min: FloatArray,
+    t_max: FloatArray,
+) -> Hits:
+    """Hits of the kernel, which computes surfaces when they are asked for."""
+    t, instance, primitive = kernel.trace(origins, directions, t_min, t_max, threads)
+
+    def surface() -> Surface:
+        return Surface(*kernel.surface(origins, directions, t, instance, primitive, threads))
+
+    return Hits(t, instance, surface)
+
+
+def _in_full(backend: Backend, *rays: FloatArray) -> Hits:
+    t, normal, position, instance, prototype, material = backend.trace(*rays)
+    return Hits(t, instance, partial(Surface, normal, position, prototype, material))
+
+
 def _rays(
-    origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
+    origins: ArrayLike,
+    directions: ArrayLike,
+    t_min: ArrayLike,
+    t_max: ArrayLike,
+    keep: bool = False,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The rays as the kernel wants them: (n, 3), (n, 3) and bounds (n,) or (1,), float64."""
-    points = _vectors("origins", origins)
-    vectors = _vectors("directions", directions)
+    """The rays as the kernel wants them: (n, 3), (n, 3) and bounds (n,) or (1,), float64.
+
+    To keep them is to have copies that the caller cannot change.
+    """
+    points = _vectors("origins", origins, keep)
+    vectors = _vectors("directions", directions, keep)
     counts = {len(array) for array in (points, vectors) if array.ndim == 2} or {1}
     if len(counts) > 1:
         raise ValueError(
@@ -160,8 +222,8 @@ def _rays(
     )
 
 
-def _vectors(name: str, values: ArrayLike) -> FloatArray:
-    array = _float64(name, values)
+def _vectors(name: str, values: ArrayLike, copy: bool) -> FloatArray:
+    array = _float64(name, values, copy)
     if array.ndim not in (1, 2) or array.shape[-1] != 3:
         raise ValueError(f"{name} must have shape (n, 3) or (3,), not {array.shape}")
     return array
@@ -174,11 +236,11 @@ def _bound(name: str, values: ArrayLike, count: int) -> FloatArray:
     return np.ascontiguousarray(array.reshape(-1))
 
 
-def _float64(name: str, values: ArrayLike) -> FloatArray:
+def _float64(name: str, values: ArrayLike, copy: bool = False) -> FloatArray:
     try:
         array = np.asarray(values)
     except ValueError as error:
         raise ValueError(f"{name} must be an array of numbers: {error}") from None
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
-    return array.astype(np.float64, copy=False)
+    return array.astype(np.float64, copy=copy)

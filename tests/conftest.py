@@ -40,6 +40,7 @@ def _draw(ir: SceneIR) -> str:
     turn, place = np.split(camera["world_from_camera"], [3], axis=1)
     origins = (window if orthographic else 0.0 * window) @ turn.T + place.T
     directions = (axis if orthographic else window + axis) @ turn.T
-    prototype = kernel.trace(origins, directions, np.array([0.0]), np.array([np.inf]))[4]
+    found = kernel.trace(origins, directions, np.array([0.0]), np.array([np.inf]))
+    _, _, prototype, _ = kernel.surface(origins, directions, *found)
     rows = LETTERS[prototype].reshape(ROWS, COLUMNS)
     return "".join("".join(row) + "\n" for row in rows)

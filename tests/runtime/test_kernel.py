@@ -113,7 +113,7 @@ class Builder:
 
 @dataclasses.dataclass
 class Hits:
-    """What `Kernel.trace` returns, by name."""
+    """What `Kernel.trace` and `Kernel.surface` return, by name."""
 
     t: FloatArray
     normal: FloatArray
@@ -144,7 +144,9 @@ def trace(
 ) -> Hits:
     """Closest hits; asserts that `occluded` agrees about which rays hit."""
     o, d = rays(origins, directions)
-    hits = Hits(*kernel.trace(o, d, bound(t_min), bound(t_max), threads))
+    t, instance, primitive = kernel.trace(o, d, bound(t_min), bound(t_max), threads)
+    normal, position, *numbers = kernel.surface(o, d, t, instance, primitive, threads)
+    hits = Hits(t, normal, position, instance, *numbers)
     occluded = kernel.occluded(o, d, bound(t_min), bound(t_max), threads)
     np.testing.assert_array_equal(occluded, hits.instance >= 0)
     return hits
@@ -501,6 +503,25 @@ def test_wrong_ray_arrays_are_refused() -> None:
         kernel.trace(good, np.zeros((5, 3)), one, one)
     with pytest.raises(ValueError, match="t_max"):
         kernel.occluded(good, good, one, np.zeros(3))
+    found = kernel.trace(good, good, one, one)
+    with pytest.raises(ValueError, match="origins"):
+        kernel.surface(good[1:], good, *found)
+    with pytest.raises(ValueError, match="primitive"):
+        kernel.surface(good, good, found[0], found[1], found[2][1:])
+
+
+def test_surfaces_of_hits_that_cannot_be_are_misses() -> None:
+    builder = Builder()
+    builder.place(builder.mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    kernel = _kernel.Kernel(builder.build(), "float64")
+    o, d = rays([[0.2, 0.2, 1.0]] * 4, [0.0, 0.0, -1.0])
+    instance = np.array([0, 1, -5, 0])
+    primitive = np.array([0, 0, 0, 1], np.uint32)
+    normal, position, prototype, material = kernel.surface(o, d, np.ones(4), instance, primitive)
+    assert prototype.tolist() == [0, -1, -1, -1]
+    assert (material[1:] == -1).all()
+    assert np.isnan(position[1:]).all()
+    assert np.isnan(normal[1:]).all()
 
 
 def test_read_only_arrays_are_not_copied() -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from runtime.tracer import Hits, Tracer
+from compiler.flatten import flatten
+from dsl.scene import SceneGraph, Shape, ShapeKind
+from runtime.tracer import Hits, Surface, Tracer
 
 FloatArray = NDArray[np.float64]
 
@@ -107,9 +110,23 @@ def test_hits_say_how_many_there_are() -> None:
     nowhere = np.zeros((3, 3))
     numbers = np.array([-1, 7, 4], np.int32)
     t = np.array([np.inf, 2.0, 0.5])
-    hits = Hits(t, nowhere, nowhere, numbers.astype(np.int64), numbers, numbers)
+    surface = Surface(nowhere, nowhere, numbers, numbers)
+    hits = Hits(t, numbers.astype(np.int64), lambda: surface)
     assert len(hits) == 3
     assert hits.hit.tolist() == [False, True, True]
     assert repr(hits) == "Hits(3 rays, 2 hit, t from 0.5 to 2)"
     missed = Tracer.over(Recorder()).trace(np.zeros((2, 3)), (0, 0, 1))
     assert repr(missed) == "Hits(2 rays, all missed)"
+
+
+def test_surfaces_are_of_the_rays_as_they_were_traced() -> None:
+    pytest.importorskip("runtime._kernel")
+    ir = flatten(SceneGraph(Shape(ShapeKind.SPHERE, (1.0,))), lambda file: (None, [])).ir
+    assert ir is not None
+    origins, directions = np.array([[0.0, 0.0, 9.0]]), np.array([[0.0, 0.0, -1.0]])
+    hits = Tracer(ir).trace(origins, directions)
+    origins[:], directions[:] = 5.0, np.nan
+    assert np.array_equal(hits.position, [[0.0, 0.0, 1.0]])
+    again = pickle.loads(pickle.dumps(hits))
+    assert np.array_equal(again.normal, [[0.0, 0.0, 1.0]])
+    assert again.instance.tolist() == hits.instance.tolist() == [0]

@@ -48,6 +48,26 @@ impl Hit {
     };
 }
 
+/// The closest hit of a ray before anybody asks for the surface there, or [`Found::NOTHING`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Ray parameter; infinite for a miss.
+    pub t: f64,
+    /// Leaf number, or -1.
+    pub instance: i64,
+    /// Triangle of a mesh, else 0.
+    pub primitive: u32,
+}
+
+impl Found {
+    /// Nothing was hit.
+    pub const NOTHING: Found = Found {
+        t: f64::INFINITY,
+        instance: -1,
+        primitive: 0,
+    };
+}
+
 /// Whatever can answer batches of rays: scenes of either precision on any instruction set.
 ///
 /// Batches of some hundreds of coherent rays are answered fastest. Answers do not depend on
@@ -57,4 +77,13 @@ pub trait Trace: Send + Sync {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]);
     /// Whether anything is hit.
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]);
+}
+
+/// Whatever finds hits and the surfaces there apart, for those who may not need the surfaces.
+pub trait Find: Trace {
+    /// Closest hits: `found[i]` for `rays[i]`. Panics if the lengths differ.
+    fn find(&self, rays: &[Ray], found: &mut [Found]);
+    /// The surfaces where these rays were found to hit: `closest` is `find` and then this.
+    /// Instances or primitives that the scene does not have are misses.
+    fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]);
 }

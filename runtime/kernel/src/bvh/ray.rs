@@ -61,6 +61,12 @@ impl<L: Lanes<Scalar = f32>> NodeRay<L> {
         )
     }
 
+    /// One over the components of the direction.
+    #[inline(always)]
+    pub fn inverse(&self) -> [L; 3] {
+        self.inverse
+    }
+
     /// The lanes whose direction decreases along each axis: they enter through upper planes.
     #[inline(always)]
     pub fn descending(&self) -> [L::Mask; 3] {

@@ -31,6 +31,7 @@ macro_rules! rows {
 
 rows! {
     u8: u8, [];
+    u32: u32, [];
     i32: i32, [];
     i64: i64, [];
     f64: f64, [];

@@ -10,17 +10,18 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use self::arrays::Rows;
 use self::trace::Answers;
 use crate::bvh::Bounds;
 use crate::lanes::InstructionSet;
-use crate::ray::Trace;
+use crate::ray::Find;
 use crate::render::Appearance;
 use crate::scene::{Scene, SceneError};
 
 /// A scene prepared for tracing; immutable and safe to share between threads.
 #[pyclass(frozen, module = "runtime._kernel")]
 struct Kernel {
-    scene: Box<dyn Trace>,
+    scene: Box<dyn Find>,
     appearance: Appearance,
     set: InstructionSet,
     nbytes: usize,
@@ -96,6 +97,25 @@ impl Kernel {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let rays = trace::Rays::new(origins, directions, t_min, t_max)?;
         trace::closest(py, self.scene.as_ref(), &rays, threads)
+    }
+
+    #[pyo3(signature = (origins, directions, t, instance, primitive, threads=0))]
+    #[allow(clippy::too_many_arguments)]
+    fn surface<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t: &Bound<'py, PyAny>,
+        instance: &Bound<'py, PyAny>,
+        primitive: &Bound<'py, PyAny>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let origins = Rows::new("origins", origins)?;
+        let directions = Rows::new("directions", directions)?;
+        let found = trace::Founds::new(t, instance, primitive)?;
+        let scene = self.scene.as_ref();
+        trace::surfaces(py, scene, &origins, &directions, &found, threads)
     }
 
     #[pyo3(signature = (origins, directions, t_min, t_max, threads=0))]

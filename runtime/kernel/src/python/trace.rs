@@ -1,4 +1,4 @@
-//! `Kernel.trace` and `Kernel.occluded`: ray batches from arrays to arrays.
+//! `Kernel.trace`, `Kernel.surface` and `Kernel.occluded`: ray batches from arrays to arrays.
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -7,15 +7,15 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 use super::arrays::Rows;
-use crate::ray::{Hit, Ray, Trace};
+use crate::ray::{Find, Found, Hit, Ray};
 
 /// An array of one answer per ray.
 pub(super) type Answers<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Rays handed to the tracer at once.
-const BATCH: usize = 1024;
+const BATCH: usize = 512;
 /// Rays between two looks at pending signals.
-const POLL: usize = 64 * BATCH;
+const POLL: usize = 128 * BATCH;
 
 /// The arguments that both functions share.
 pub(super) struct Rays<'py> {
@@ -89,68 +89,6 @@ impl RaySlices<'_> {
     }
 }
 
-/// Where the answers to a stretch of rays go.
-struct Hits<'a> {
-    t: &'a mut [f64],
-    normal: &'a mut [f64],
-    position: &'a mut [f64],
-    instance: &'a mut [i64],
-    prototype: &'a mut [i32],
-    material: &'a mut [i32],
-}
-
-impl<'a> Hits<'a> {
-    /// The first `n` rays' part, and the rest.
-    fn split(self, n: usize) -> (Hits<'a>, Hits<'a>) {
-        let (t, t_rest) = self.t.split_at_mut(n);
-        let (normal, normal_rest) = self.normal.split_at_mut(3 * n);
-        let (position, position_rest) = self.position.split_at_mut(3 * n);
-        let (instance, instance_rest) = self.instance.split_at_mut(n);
-        let (prototype, prototype_rest) = self.prototype.split_at_mut(n);
-        let (material, material_rest) = self.material.split_at_mut(n);
-        let first = Hits {
-            t,
-            normal,
-            position,
-            instance,
-            prototype,
-            material,
-        };
-        let rest = Hits {
-            t: t_rest,
-            normal: normal_rest,
-            position: position_rest,
-            instance: instance_rest,
-            prototype: prototype_rest,
-            material: material_rest,
-        };
-        (first, rest)
-    }
-
-    fn set(&mut self, i: usize, hit: &Hit) {
-        self.t[i] = hit.t;
-        self.normal[3 * i..][..3].copy_from_slice(&hit.normal);
-        self.position[3 * i..][..3].copy_from_slice(&hit.position);
-        self.instance[i] = hit.instance;
-        self.prototype[i] = hit.prototype;
-        self.material[i] = hit.material;
-    }
-}
-
-/// Stretches of rays with where their answers go, at most BATCH each.
-fn batches<'a>(mut hits: Hits<'a>, start: usize) -> Vec<(usize, Hits<'a>)> {
-    let mut parts = Vec::new();
-    let mut start = start;
-    while !hits.t.is_empty() {
-        let n = hits.t.len().min(BATCH);
-        let (part, rest) = hits.split(n);
-        parts.push((start, part));
-        start += n;
-        hits = rest;
-    }
-    parts
-}
-
 /// A pool of that many threads; None for the one that all share.
 fn pool(threads: usize) -> PyResult<Option<rayon::ThreadPool>> {
     if threads == 0 {
@@ -186,44 +124,141 @@ macro_rules! slice_of {
 
 pub(super) fn closest<'py>(
     py: Python<'py>,
-    scene: &dyn Trace,
+    scene: &dyn Find,
     rays: &Rays<'py>,
     threads: usize,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let slices = rays.slices();
     let n = slices.origins.len();
     let t = PyArray1::<f64>::zeros(py, n, false);
-    let normal = PyArray2::<f64>::zeros(py, [n, 3], false);
-    let position = PyArray2::<f64>::zeros(py, [n, 3], false);
     let instance = PyArray1::<i64>::zeros(py, n, false);
-    let prototype = PyArray1::<i32>::zeros(py, n, false);
-    let material = PyArray1::<i32>::zeros(py, n, false);
-    let mut rest = Hits {
-        t: slice_of!(t),
-        normal: slice_of!(normal),
-        position: slice_of!(position),
-        instance: slice_of!(instance),
-        prototype: slice_of!(prototype),
-        material: slice_of!(material),
-    };
+    let primitive = PyArray1::<u32>::zeros(py, n, false);
+    let answers = slice_of!(t)
+        .chunks_mut(POLL)
+        .zip(slice_of!(instance).chunks_mut(POLL))
+        .zip(slice_of!(primitive).chunks_mut(POLL));
     let pool = pool(threads)?;
-    for start in (0..n).step_by(POLL) {
-        let (part, after) = rest.split(POLL.min(n - start));
-        rest = after;
+    for (poll, ((t, instance), primitive)) in answers.enumerate() {
         run(py, pool.as_ref(), || {
-            batches(part, start)
-                .into_par_iter()
-                .for_each(|(start, mut part)| {
-                    let rays = slices.batch(start, part.t.len());
-                    let mut hits = vec![Hit::MISS; rays.len()];
-                    scene.closest(&rays, &mut hits);
-                    for (i, hit) in hits.iter().enumerate() {
-                        part.set(i, hit);
+            t.par_chunks_mut(BATCH)
+                .zip(instance.par_chunks_mut(BATCH))
+                .zip(primitive.par_chunks_mut(BATCH))
+                .enumerate()
+                .for_each(|(batch, ((t, instance), primitive))| {
+                    let rays = slices.batch(poll * POLL + batch * BATCH, t.len());
+                    let mut found = [Found::NOTHING; BATCH];
+                    let found = &mut found[..rays.len()];
+                    scene.find(&rays, found);
+                    for (i, found) in found.iter().enumerate() {
+                        t[i] = found.t;
+                        instance[i] = found.instance;
+                        primitive[i] = found.primitive;
                     }
                 });
         })?;
     }
-    (t, normal, position, instance, prototype, material)
+    (t, instance, primitive)
+        .into_bound_py_any(py)?
+        .downcast_into::<PyTuple>()
+        .map_err(PyErr::from)
+}
+
+/// Hits as `closest` found them.
+pub(super) struct Founds<'py> {
+    t: Rows<'py, f64>,
+    instance: Rows<'py, i64>,
+    primitive: Rows<'py, u32>,
+}
+
+impl<'py> Founds<'py> {
+    pub fn new(
+        t: &Bound<'py, PyAny>,
+        instance: &Bound<'py, PyAny>,
+        primitive: &Bound<'py, PyAny>,
+    ) -> PyResult<Founds<'py>> {
+        let found = Founds {
+            t: Rows::new("t", t)?,
+            instance: Rows::new("instance", instance)?,
+            primitive: Rows::new("primitive", primitive)?,
+        };
+        let n = found.t.rows().len();
+        if found.instance.rows().len() != n || found.primitive.rows().len() != n {
+            return Err(PyValueError::new_err(
+                "t, instance and primitive differ in the number of rays",
+            ));
+        }
+        Ok(found)
+    }
+}
+
+pub(super) fn surfaces<'py>(
+    py: Python<'py>,
+    scene: &dyn Find,
+    origins: &Rows<'py, [f64; 3]>,
+    directions: &Rows<'py, [f64; 3]>,
+    found: &Founds<'py>,
+    threads: usize,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let (origins, directions) = (origins.rows(), directions.rows());
+    let (t, instance) = (found.t.rows(), found.instance.rows());
+    let primitive = found.primitive.rows();
+    let n = t.len();
+    if origins.len() != n || directions.len() != n {
+        return Err(PyValueError::new_err(format!(
+            "{} origins and {} directions for {n} hits",
+            origins.len(),
+            directions.len()
+        )));
+    }
+    let normal = PyArray2::<f64>::zeros(py, [n, 3], false);
+    let position = PyArray2::<f64>::zeros(py, [n, 3], false);
+    let prototype = PyArray1::<i32>::zeros(py, n, false);
+    let material = PyArray1::<i32>::zeros(py, n, false);
+    let answers = slice_of!(normal)
+        .chunks_mut(3 * POLL)
+        .zip(slice_of!(position).chunks_mut(3 * POLL))
+        .zip(slice_of!(prototype).chunks_mut(POLL))
+        .zip(slice_of!(material).chunks_mut(POLL));
+    let pool = pool(threads)?;
+    for (poll, (((normal, position), prototype), material)) in answers.enumerate() {
+        run(py, pool.as_ref(), || {
+            normal
+                .par_chunks_mut(3 * BATCH)
+                .zip(position.par_chunks_mut(3 * BATCH))
+                .zip(prototype.par_chunks_mut(BATCH))
+                .zip(material.par_chunks_mut(BATCH))
+                .enumerate()
+                .for_each(|(batch, (((normal, position), prototype), material))| {
+                    let start = poll * POLL + batch * BATCH;
+                    let stretch = start..start + material.len();
+                    let rays: Vec<Ray> = stretch
+                        .clone()
+                        .map(|i| Ray {
+                            origin: origins[i],
+                            direction: directions[i],
+                            t_min: 0.0,
+                            t_max: f64::INFINITY,
+                        })
+                        .collect();
+                    let found: Vec<Found> = stretch
+                        .map(|i| Found {
+                            t: t[i],
+                            instance: instance[i],
+                            primitive: primitive[i],
+                        })
+                        .collect();
+                    let mut hits = vec![Hit::MISS; rays.len()];
+                    scene.surfaces(&rays, &found, &mut hits);
+                    for (i, hit) in hits.iter().enumerate() {
+                        normal[3 * i..][..3].copy_from_slice(&hit.normal);
+                        position[3 * i..][..3].copy_from_slice(&hit.position);
+                        prototype[i] = hit.prototype;
+                        material[i] = hit.material;
+                    }
+                });
+        })?;
+    }
+    (normal, position, prototype, material)
         .into_bound_py_any(py)?
         .downcast_into::<PyTuple>()
         .map_err(PyErr::from)
@@ -231,7 +266,7 @@ pub(super) fn closest<'py>(
 
 pub(super) fn occluded<'py>(
     py: Python<'py>,
-    scene: &dyn Trace,
+    scene: &dyn Find,
     rays: &Rays<'py>,
     threads: usize,
 ) -> PyResult<Answers<'py, bool>> {

@@ -49,6 +49,7 @@ pub(super) fn build<F: Scalar>(
         instance_material: arrays.instance_material,
         prototypes,
         groups: groups.into_iter().flatten().collect(),
+        leaf_count: checked.leaf_counts[0],
     })
 }
 

@@ -32,6 +32,8 @@ pub struct Mesh<F> {
     triangles: Buffer<[i32; 3]>,
     first_point: usize,
     first_triangle: usize,
+    /// How many triangles there are.
+    pub triangle_count: usize,
 }
 
 impl<F: Scalar> Mesh<F> {
@@ -104,6 +106,7 @@ impl<F: Scalar> Mesh<F> {
             triangles: arrays.mesh_triangles.clone(),
             first_point: point_range.start,
             first_triangle: triangle_range.start,
+            triangle_count: triangle_range.len(),
         })
     }
 

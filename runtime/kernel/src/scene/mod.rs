@@ -38,6 +38,8 @@ pub struct Scene<F: Scalar> {
     pub(crate) instance_material: Buffer<i32>,
     pub(crate) prototypes: Vec<Prototype<F>>,
     pub(crate) groups: Vec<Group>,
+    /// Leaves of the root.
+    pub(crate) leaf_count: i64,
 }
 
 /// What is instanced.

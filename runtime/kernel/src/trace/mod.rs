@@ -3,6 +3,8 @@
 //! Consecutive rays that point and start alike go as packets of W, others one at a time. Either
 //! way each ray sees the same arithmetic from f64 on, ties go to the lowest leaf, and boxes are
 //! conservative: so answers do not depend on the batch, the instruction set or the order.
+mod columns;
+mod frustum;
 mod level;
 mod packet;
 mod precision;
@@ -13,11 +15,12 @@ mod tests;
 
 pub use precision::Precision;
 
+use self::columns::RayColumns;
 use self::packet::Packet;
 use self::single::Single;
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Task, dispatch};
-use crate::ray::{Hit, Ray, Trace};
+use crate::lanes::{Isa, Task, dispatch};
+use crate::ray::{Find, Found, Hit, Ray, Trace};
 use crate::scene::Scene;
 
 /// What traversal finds.
@@ -37,6 +40,19 @@ impl Nearest {
             t: t_max,
             leaf: -1,
             triangle: 0,
+        }
+    }
+
+    /// What a user is told: t, which rounding may have brought to t_min, is beyond that.
+    #[inline(always)]
+    fn found(&self, ray: &Ray) -> Found {
+        if self.leaf < 0 {
+            return Found::NOTHING;
+        }
+        Found {
+            t: self.t.max(ray.t_min.next_up()),
+            instance: self.leaf,
+            primitive: self.triangle,
         }
     }
 
@@ -60,36 +76,6 @@ fn is_valid(ray: &Ray) -> bool {
         && finite(&ray.direction)
         && ray.direction.iter().any(|&x| x != 0.0)
         && ray.t_min < ray.t_max
-}
-
-/// Whether rays are worth a packet: within a tenth of a turn or so, and starting close together
-/// in proportion to the scene.
-#[inline(always)]
-fn are_coherent<F: Precision>(scene: &Scene<F>, rays: &[Ray]) -> bool {
-    /// Largest difference of a direction's components, the largest component being one.
-    const DIRECTION_SPREAD: f64 = 0.25;
-    /// Largest difference of an origin's components in normalised space of the root.
-    const ORIGIN_SPREAD: f64 = 0.125;
-    if !rays.iter().all(is_valid) {
-        return false;
-    }
-    let space = &scene.groups[0].tree.space;
-    let mut least = [f64::INFINITY; 6];
-    let mut greatest = [f64::NEG_INFINITY; 6];
-    for ray in rays {
-        let [u, v, w] = ray.direction;
-        let per_largest = 1.0 / Lanes::max(u.abs(), Lanes::max(v.abs(), w.abs()));
-        let [x, y, z] = ray.origin;
-        let numbers = [u * per_largest, v * per_largest, w * per_largest, x, y, z];
-        for (i, number) in numbers.into_iter().enumerate() {
-            least[i] = Lanes::min(number, least[i]);
-            greatest[i] = Lanes::max(number, greatest[i]);
-        }
-    }
-    (0..3).all(|i| {
-        greatest[i] - least[i] <= DIRECTION_SPREAD
-            && (greatest[i + 3] - least[i + 3]) * space.scale <= ORIGIN_SPREAD
-    })
 }
 
 /// Which rays go as packets.
@@ -122,17 +108,19 @@ impl<F: Precision, A: Answers<F>, const ANY: bool> Task for Batch<'_, F, A, ANY>
         let mut packet = Packet::<I, F>::new(self.scene);
         let mut single = Single::<I, F>::new(self.scene);
         let mut nearest = [Nearest::none(0.0); crate::lanes::MAX_WIDTH];
+        let space = self.scene.groups[0].tree.space;
         for (chunk, rays) in self.rays.chunks(width).enumerate() {
+            let lanes = RayColumns::<I>::new(rays);
             let bundled = match self.bundling {
-                Bundling::Coherent => rays.len() > 2 && are_coherent(self.scene, rays),
+                Bundling::Coherent => rays.len() > 2 && lanes.are_coherent(&space),
                 #[cfg(test)]
                 Bundling::Never => false,
                 #[cfg(test)]
-                Bundling::Always => rays.iter().all(is_valid),
+                Bundling::Always => lanes.are_valid(),
             };
             let nearest = &mut nearest[..rays.len()];
             if bundled {
-                packet.trace::<ANY>(rays, nearest);
+                packet.trace::<ANY>(&lanes, nearest);
             } else {
                 for (ray, nearest) in rays.iter().zip(nearest.iter_mut()) {
                     *nearest = if is_valid(ray) {
@@ -155,7 +143,15 @@ trait Answers<F: Precision> {
     fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest);
 }
 
-/// Surfaces.
+/// Closest hits.
+impl<F: Precision> Answers<F> for &mut [Found] {
+    #[inline(always)]
+    fn set(&mut self, _: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest) {
+        self[i] = nearest.found(ray);
+    }
+}
+
+/// Closest hits and the surfaces there.
 struct Surfaces<'h> {
     hits: &'h mut [Hit],
     path: Vec<usize>,
@@ -164,7 +160,7 @@ struct Surfaces<'h> {
 impl<F: Precision> Answers<F> for Surfaces<'_> {
     #[inline(always)]
     fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest) {
-        self.hits[i] = scene.surface(ray, &nearest, &mut self.path);
+        self.hits[i] = scene.surface(ray, &nearest.found(ray), &mut self.path);
     }
 }
 
@@ -173,6 +169,26 @@ impl<F: Precision> Answers<F> for &mut [bool] {
     #[inline(always)]
     fn set(&mut self, _: &Scene<F>, i: usize, _: &Ray, nearest: Nearest) {
         self[i] = nearest.leaf >= 0;
+    }
+}
+
+/// Surfaces of hits that were found before.
+struct SurfacesOf<'a, F: Precision> {
+    scene: &'a Scene<F>,
+    rays: &'a [Ray],
+    found: &'a [Found],
+    hits: &'a mut [Hit],
+}
+
+impl<F: Precision> Task for SurfacesOf<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let mut path = Vec::new();
+        for i in 0..self.hits.len() {
+            self.hits[i] = self.scene.surface(&self.rays[i], &self.found[i], &mut path);
+        }
     }
 }
 
@@ -198,6 +214,27 @@ impl<F: Precision> Trace for Scene<F> {
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len());
         self.batch::<true>(rays, Bundling::Coherent, occluded);
+    }
+}
+
+impl<F: Precision> Find for Scene<F> {
+    fn find(&self, rays: &[Ray], found: &mut [Found]) {
+        assert_eq!(rays.len(), found.len());
+        self.batch::<false>(rays, Bundling::Coherent, found);
+    }
+
+    fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]) {
+        assert!(rays.len() == found.len() && rays.len() == hits.len());
+        let scene = self;
+        dispatch(
+            self.set,
+            SurfacesOf {
+                scene,
+                rays,
+                found,
+                hits,
+            },
+        );
     }
 }
 

@@ -1,11 +1,12 @@
 //! W coherent rays at a time, against one box, one instance, one triangle at a time.
 use super::Nearest;
+use super::columns::RayColumns;
+use super::frustum::{Frustum, greatest, least};
 use super::level::{Content, Target};
 use super::precision::{Halves, PacketMask, Precision};
 use crate::bvh::{Child, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, halves};
-use crate::ray::Ray;
 use crate::scene::{Geometry, Scene};
 
 type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
@@ -24,6 +25,10 @@ struct Level<'s, I: Isa, F: Precision> {
     descending: [PacketMask<I>; 3],
     /// Row of the planes through which the rays enter boxes, by axis; None if they do not agree.
     entry_planes: Option<[usize; 3]>,
+    /// The rays as one; `earliest` and `latest` bound their intervals.
+    frustum: Frustum<I::F32UpTo8>,
+    earliest: f32,
+    latest: f32,
     /// The tree's parameter of world t is (t − start)·per_rate.
     start: Halves<I::F64>,
     per_rate: Halves<I::F64>,
@@ -44,11 +49,6 @@ impl<I: Isa, F: Precision> Level<'_, I, F> {
             (t[1] - self.start[1]) * self.per_rate[1],
         )
     }
-}
-
-#[inline(always)]
-fn load_halves<I: Isa>(lanes: &[f64; MAX_WIDTH]) -> Halves<I::F64> {
-    [I::F64::load(lanes), I::F64::load(&lanes[I::F64::WIDTH..])]
 }
 
 #[inline(always)]
@@ -135,46 +135,20 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         }
     }
 
-    /// The nearest hits of valid rays, at most `WIDTH`; with ANY, whichever are found first.
+    /// The nearest hits of valid rays; with ANY, whichever are found first.
     #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, rays: &[Ray], nearest: &mut [Nearest]) {
-        assert!(!rays.is_empty() && rays.len() <= Self::WIDTH && nearest.len() == rays.len());
+    pub fn trace<const ANY: bool>(&mut self, rays: &RayColumns<I>, nearest: &mut [Nearest]) {
+        assert!(nearest.len() == rays.len);
         self.stack.clear();
         self.above.clear();
-        // Idle lanes repeat the last ray.
-        let idle = rays[rays.len() - 1];
-        let mut columns = [[0.0; MAX_WIDTH]; 8];
-        for lane in 0..Self::WIDTH {
-            let &Ray {
-                origin: [x, y, z],
-                direction: [u, v, w],
-                t_min,
-                t_max,
-            } = rays.get(lane).unwrap_or(&idle);
-            let row = [x, y, z, u, v, w, t_min, t_max];
-            for (column, number) in columns.iter_mut().zip(row) {
-                column[lane] = number;
-            }
-        }
-        self.t_min = load_halves::<I>(&columns[6]);
+        self.t_min = rays.t_min;
         self.best = Best {
-            t: load_halves::<I>(&columns[7]),
+            t: rays.t_max,
             leaf: [I::F64::splat(-1.0); 2],
             triangle: [I::F64::zero(); 2],
         };
-        let one = I::F64::splat(1.0);
-        let world: Halves<LevelRays<I::F64>> = halves!(|h| {
-            LevelRays {
-                origin: axes!(|i| load_halves::<I>(&columns[i])[h]),
-                direction: axes!(|i| load_halves::<I>(&columns[i + 3])[h]),
-                start: I::F64::zero(),
-                rate: one,
-                per_rate: one,
-            }
-            .with_unit_direction()
-        });
-        self.alive = Mask::first(rays.len());
-        self.run::<ANY>(world);
+        self.alive = Mask::first(rays.len);
+        self.run::<ANY>(rays.level_rays());
         let t = store_halves::<I>(&self.best.t);
         let leaf = store_halves::<I>(&self.best.leaf);
         let triangle = store_halves::<I>(&self.best.triangle);
@@ -215,7 +189,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 return;
             };
             level = outer;
-            level.before = level.to_tree(&self.best.t);
+            self.restrict(&mut level);
         }
     }
 
@@ -230,8 +204,9 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let space = content.space();
         let [(low, low_slide), (high, high_slide)] =
             [rays[0].in_space(&space), rays[1].in_space(&space)];
+        let origin = axes!(|i| I::narrow(low[i], high[i]));
         let node_ray = NodeRay::new(
-            axes!(|i| I::narrow(low[i], high[i])),
+            origin,
             axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
         );
         let scale = I::F64::splat(space.scale);
@@ -260,6 +235,9 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             per_rate: [rays[0].per_rate * scale, rays[1].per_rate * scale],
             rays,
             content,
+            frustum: Frustum::new(origin, node_ray.inverse(), active),
+            earliest: 0.0,
+            latest: 0.0,
             after: I::F32::zero(),
             before: I::F32::zero(),
             triangle_rays: None,
@@ -267,7 +245,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             stack_base: self.stack.len(),
         };
         level.after = level.to_tree(&self.t_min);
-        level.before = level.to_tree(&self.best.t);
+        level.earliest = least(level.after, active);
+        self.restrict(&mut level);
         let everywhere = I::F32::splat(f32::NEG_INFINITY);
         if !content.tree().nodes.is_empty() {
             self.stack.push(Entry {
@@ -284,16 +263,42 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         level
     }
 
+    /// Draws in the far end of the rays to their nearest hits.
+    #[inline(always)]
+    fn restrict(&self, level: &mut Level<'s, I, F>) {
+        level.before = level.to_tree(&self.best.t);
+        level.latest = greatest(level.before, level.active & self.alive);
+    }
+
     /// Pushes the children that any ray meets, the nearest on top.
     #[inline(always)]
     fn visit_node(&mut self, level: &Level<'s, I, F>, child: Child, active: PacketMask<I>) {
+        type N<I> = <I as Isa>::F32UpTo8;
         let node = &level.content.tree().nodes[child.number() as usize];
-        let nowhere = I::F32::splat(f32::NAN);
-        let base = self.stack.len();
-        for i in 0..WIDTH {
-            if node.planes[0][i] > node.planes[3][i] {
-                break;
+        // Those that the packet as a whole meets, the farthest first; sorted by insertion, for
+        // there seldom are more than three.
+        let mut nears = [0.0; WIDTH];
+        let mut order = [0usize; WIDTH];
+        let mut count = 0;
+        for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
+            let (mut met, near) = level
+                .frustum
+                .meets(node, first, level.earliest, level.latest);
+            near.store(&mut nears[first..]);
+            while met != 0 {
+                let i = first + met.trailing_zeros() as usize;
+                met &= met - 1;
+                let mut j = count;
+                while j > 0 && nears[order[j - 1]] < nears[i] {
+                    order[j] = order[j - 1];
+                    j -= 1;
+                }
+                order[j] = i;
+                count += 1;
             }
+        }
+        let nowhere = I::F32::splat(f32::NAN);
+        for &i in &order[..count] {
             let planes = &node.planes;
             let (entry, exit) = match level.entry_planes {
                 Some(rows) => (
@@ -322,23 +327,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                     near,
                     child: node.children[i],
                 });
-            }
-        }
-        let pushed = self.stack.len() - base;
-        if pushed < 2 {
-            return;
-        }
-        // Sort by insertion: there seldom are more than three.
-        let mut first = [0.0; WIDTH];
-        for (first, entry) in first.iter_mut().zip(&self.stack[base..]) {
-            *first = entry.near.horizontal_min();
-        }
-        for i in 1..pushed {
-            let mut j = i;
-            while j > 0 && first[j] > first[j - 1] {
-                first.swap(j, j - 1);
-                self.stack.swap(base + j, base + j - 1);
-                j -= 1;
             }
         }
     }
@@ -405,10 +393,10 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     #[inline(always)]
     fn take<const ANY: bool>(&mut self, level: &mut Level<'s, I, F>, taken: PacketMask<I>) {
         if taken.any() {
-            level.before = level.to_tree(&self.best.t);
             if ANY {
                 self.alive = self.alive.and_not(taken);
             }
+            self.restrict(level);
         }
     }
 }

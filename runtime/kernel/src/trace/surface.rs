@@ -14,12 +14,11 @@
 //! self-intersection-avoidance bounds for instances). Each transform adds its own rounding,
 //! γ·(|M||p| + |T|) in f64, likewise divided by the normal's length there. Flat shapes meet rays
 //! in f64 (see `instance`), so their δ is of f64.
-use super::Nearest;
 use super::level::Target;
 use crate::bvh::{NormalSpace, exponent, power_of_two};
 use crate::instance::{LevelRays, dot};
 use crate::lanes::{axes, each};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Found, Hit, Ray};
 use crate::scalar::Scalar;
 use crate::scene::{Geometry, Group, Prototype, Scene};
 use crate::shapes::triangle_surface;
@@ -30,14 +29,14 @@ const TRANSFORM_ERROR: f64 = 8.0 * f64::EPSILON;
 impl<F: Scalar> Scene<F> {
     /// The surface at a hit. `path` is scratch.
     #[inline(always)]
-    pub(super) fn surface(&self, ray: &Ray, nearest: &Nearest, path: &mut Vec<usize>) -> Hit {
-        if nearest.leaf < 0 {
+    pub(super) fn surface(&self, ray: &Ray, found: &Found, path: &mut Vec<usize>) -> Hit {
+        if !(0..self.leaf_count).contains(&found.instance) {
             return Hit::MISS;
         }
         path.clear();
         let mut rays = LevelRays::from_ray(ray);
         let mut group: &Group = &self.groups[0];
-        let mut leaf = nearest.leaf;
+        let mut leaf = found.instance;
         let mut bound = 0;
         let mut forced = None;
         let (prototype, index) = loop {
@@ -63,9 +62,11 @@ impl<F: Scalar> Scene<F> {
                 }
             }
         };
-        let tau = (nearest.t - rays.start) * rays.per_rate;
+        let tau = (found.t - rays.start) * rays.per_rate;
         let local: [f64; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
-        let (mut point, normal, error) = prototype.surface(local, nearest.triangle);
+        let Some((mut point, normal, error)) = prototype.surface(local, found.primitive) else {
+            return Hit::MISS;
+        };
         let mut normal = rescaled(normal);
         let mut offset = error;
         for &row in path.iter().rev() {
@@ -89,11 +90,11 @@ impl<F: Scalar> Scene<F> {
         }
         let length = dot(normal, normal).sqrt();
         Hit {
-            t: nearest.t.max(ray.t_min.next_up()),
+            t: found.t,
             position: point,
             normal: each!(normal, |x| x / length),
             offset: offset / length,
-            instance: nearest.leaf,
+            instance: found.instance,
             prototype: index,
             material: forced.unwrap_or(bound),
         }
@@ -113,9 +114,10 @@ fn rescaled(v: [f64; 3]) -> [f64; 3] {
 }
 
 impl<F: Scalar> Prototype<F> {
-    /// Point, normal and δ in object space, from a point near the surface in normalised space.
+    /// Point, normal and δ in object space, from a point near the surface in normalised space;
+    /// None if there is no such triangle.
     #[inline(always)]
-    fn surface(&self, local: [f64; 3], triangle: u32) -> ([f64; 3], [f64; 3], f64) {
+    fn surface(&self, local: [f64; 3], triangle: u32) -> Option<([f64; 3], [f64; 3], f64)> {
         let NormalSpace { center, scale } = self.space;
         let unit = 1.0 / scale;
         let error = F::EPS.to_f64() * 32.0 * unit;
@@ -125,14 +127,15 @@ impl<F: Scalar> Prototype<F> {
                 let point = axes!(|i| point[i].mul_add(unit, center[i]));
                 if self.anchor.flat {
                     let magnitude = point.iter().fold(0.0, |sum, x| sum + x.abs());
-                    return (point, normal, TRANSFORM_ERROR * magnitude);
+                    return Some((point, normal, TRANSFORM_ERROR * magnitude));
                 }
-                (point, normal, error)
+                Some((point, normal, error))
             }
+            Geometry::Mesh(mesh) if triangle as usize >= mesh.triangle_count => None,
             Geometry::Mesh(mesh) => {
                 let near = axes!(|i| local[i].mul_add(unit, center[i]));
                 let (point, normal) = triangle_surface(mesh.corners(triangle), near);
-                (point, normal, error)
+                Some((point, normal, error))
             }
         }
     }

@@ -227,7 +227,18 @@ fn coherent_rays_are_bundled_and_others_are_not() {
     };
     let scene = scene::<f32>(arrays(&[sphere], 1.0), InstructionSet::Portable);
     let rays = coherent_rays([0.0, 0.0, 9.0], [0.0, 0.0, -9.0], 0.01);
-    assert!(super::are_coherent(&scene, &rays[..16]));
+    let are_coherent = |rays: &[Ray]| {
+        use crate::lanes::{Isa, Task, dispatch};
+        struct Coherent<'a>(&'a [Ray], crate::bvh::NormalSpace);
+        impl Task for Coherent<'_> {
+            type Output = bool;
+            fn run<I: Isa>(self) -> bool {
+                super::RayColumns::<I>::new(self.0).are_coherent(&self.1)
+            }
+        }
+        dispatch(scene.set, Coherent(rays, scene.groups[0].tree.space))
+    };
+    assert!(are_coherent(&rays[..4]));
     let opposite = [
         rays[0],
         Ray {
@@ -235,7 +246,7 @@ fn coherent_rays_are_bundled_and_others_are_not() {
             ..rays[0]
         },
     ];
-    assert!(!super::are_coherent(&scene, &opposite));
+    assert!(!are_coherent(&opposite));
     let apart = [
         rays[0],
         Ray {
@@ -243,7 +254,7 @@ fn coherent_rays_are_bundled_and_others_are_not() {
             ..rays[0]
         },
     ];
-    assert!(!super::are_coherent(&scene, &apart));
+    assert!(!are_coherent(&apart));
 }
 
 /// Rays that leave the surface at its offset, outwards and inwards along the normal.
