@@ -57,6 +57,8 @@ def assign(
     name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: Form
 ) -> dict[str, Given]:
     """The argument for each parameter that has one; faults for those that fit nowhere."""
+    if len(given) <= len(parameters) and all(item.argument.name is None for item in given):
+        return dict(zip(parameters, given, strict=False))
     taken: dict[str, Given] = {}
     positional = [item for item in given if item.argument.name is None]
     if len(positional) > len(parameters):
@@ -149,6 +151,12 @@ def _choose(builtin: Builtin, given: Sequence[Given]) -> Signature:
         return builtin.signatures[0]
     words = {item.argument.name for item in given if item.argument.name is not None}
     positional = sum(item.argument.name is None for item in given)
+    if not words:
+        for signature in builtin.signatures:
+            parameters = signature.parameters
+            lacking = any(parameter.required for parameter in parameters[positional:])
+            if positional <= len(parameters) and not lacking:
+                return signature
 
     def misfit(signature: Signature) -> tuple[int, int]:
         names = [parameter.name for parameter in signature.parameters]

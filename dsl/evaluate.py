@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 
 from dsl import ast, chains, expressions, statements
 from dsl.budget import DEFAULT_LIMITS, Limits
@@ -66,13 +68,25 @@ def evaluate_source(
     source: Source, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
-    module, faults = parse(source, limits)
-    graph, more = evaluate(module, files, limits, time)
+    with _seldom_collecting():
+        module, faults = parse(source, limits)
+        graph, more = evaluate(module, files, limits, time)
     diagnostics = in_order([*faults, *more])
     if len(diagnostics) > limits.diagnostics:
         message = f"only the first {limits.diagnostics} faults are shown"
         diagnostics = [*diagnostics[: limits.diagnostics], diagnostic("limit-diagnostics", message)]
     return (None if faults else graph), diagnostics
+
+
+@contextmanager
+def _seldom_collecting() -> Iterator[None]:
+    """Look for garbage less often: syntax trees are large, have no cycles, and stay."""
+    thresholds = gc.get_threshold()
+    gc.set_threshold(max(100_000, thresholds[0]), 20, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)
 
 
 def in_order(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
