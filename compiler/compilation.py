@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from compiler.flatten import Pruned, flatten
 from compiler.ir import SceneIR
+from compiler.usd.options import Complexity, StageOptions
 from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import FileFault, Files
@@ -73,10 +74,11 @@ def compile_text(
     return _compile_graph(graph, diagnostics, files, time)
 
 
-def compile_path(path: Path, time: Time = None) -> Compilation:
+def compile_path(path: Path, time: Time = None, complexity: Complexity = "low") -> Compilation:
     """Compile a scene program or a USD stage, by the file's suffix.
 
-    `time` is a stage's time code, its "earliest", or None for default values. Raises
+    `time` is a stage's time code, its "earliest", or None for default values; `complexity`
+    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`). Raises
     CompileError, also when the file cannot be read.
     """
     files = Files()
@@ -88,7 +90,7 @@ def compile_path(path: Path, time: Time = None) -> Compilation:
         raise CompileError([fault.diagnostic(None)]) from None
     from compiler.usd import import_stage
 
-    graph, diagnostics = import_stage(path, time=time)
+    graph, diagnostics = import_stage(path, time=time, options=StageOptions(complexity=complexity))
     return _compile_graph(graph, diagnostics, files, time)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from compiler.compilation import Compilation, Time, compile_path, compile_text
 from compiler.ir import SceneIR
+from compiler.usd.options import Complexity
 from dsl.diagnostics import Diagnostic
 from dsl.files import Files
 from dsl.scene import FloatArray, Integrator, Precision
@@ -120,15 +121,18 @@ class Scene:
         )
 
 
-def compile_file(path: str | PathLike[str], time: Time = None) -> Scene:
+def compile_file(
+    path: str | PathLike[str], time: Time = None, *, complexity: Complexity = "low"
+) -> Scene:
     """Compile a scene program (.ovo) or a USD stage (.usd, .usda, .usdc, .usdz).
 
     `time` is what the program calls `time`, or a time code of the stage, or "earliest"; None is 0
-    for a program and default values for a stage. Raises
+    for a program and default values for a stage. `complexity` says how a stage's subdivision meshes
+    are drawn: "low" is their cage, "limit" their limit surface (see `docs/usd.md`). Raises
     CompileError, whose `diagnostics` tell what is wrong and where, also for files that cannot
     be read.
     """
-    return Scene(compile_path(Path(path), time))
+    return Scene(compile_path(Path(path), time, complexity))
 
 
 def compile(

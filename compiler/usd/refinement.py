@@ -1,8 +1,9 @@
 """Subdivision meshes as polygons of their limit surface.
 
 At the complexity "limit" a mesh is refined as often as makes about 200 000 triangles: of up to
-25 faces 6 times, of up to 100 5 times, 400 4 times, 2 000 3 times, 8 000 twice, and beyond that once, counting a face
-for every four corners. Beyond 250 000 faces the points of the cage itself are moved to the limit.
+25 faces 6 times, of up to 100 5 times, 400 4 times, 2 000 3 times, 8 000 twice, and beyond that
+once, counting a face for every four corners. Beyond 250 000 faces the points of the cage itself
+are moved to the limit.
 Where all meshes of a stage would get more than `STAGE_TRIANGLES`, each is refined as many times
 less as it takes.
 """

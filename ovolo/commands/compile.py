@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from ovolo.commands.stage_time import add_time
+from ovolo.commands.reading import add_reading
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -23,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="PATH", help="default for the text: standard output"
     )
-    add_time(parser)
+    add_reading(parser)
     parser.add_argument("--json", action="store_true", help="print figures as JSON, not the text")
 
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> Exit:
         raise StopError(Exit.USAGE, "there is no file for the binary form", "add `--output PATH`")
     if output is not None and output.is_dir():
         raise StopError(Exit.FILES, f"`{output}` cannot be written: it is a folder")
-    compilation = compile_path(arguments.scene, arguments.time)
+    compilation = compile_path(arguments.scene, arguments.time, arguments.complexity)
     if arguments.json:
         print_json(compilation.figures())
     else:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ovolo.commands.stage_time import add_time
+from ovolo.commands.reading import add_reading
 from ovolo.exits import Exit
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -15,7 +15,7 @@ from ovolo.terminal import print_diagnostics, print_json
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("scene", type=Path, metavar="SCENE", help=".ovo or USD file")
-    add_time(parser)
+    add_reading(parser)
     parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
 
 
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> Exit:
     """Print the figures of a scene; warnings name what a stage has and the scene has not."""
     from compiler.compilation import compile_path
 
-    compilation = compile_path(arguments.scene, arguments.time)
+    compilation = compile_path(arguments.scene, arguments.time, arguments.complexity)
     figures = compilation.figures()
     if arguments.json:
         from dsl.render_diagnostic import to_json

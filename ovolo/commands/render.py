@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 
 from compiler.ir import INTEGRATORS, PRECISIONS
-from ovolo.commands.stage_time import add_time
+from ovolo.commands.reading import add_reading
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", metavar="NAME", help="name or number of a camera of the scene")
     parser.add_argument("--integrator", choices=INTEGRATORS, help="what a pixel shows")
     parser.add_argument("--precision", choices=PRECISIONS, help="scalar of the intersectors")
-    add_time(parser)
+    add_reading(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the sampling; default 0")
     parser.add_argument("--threads", type=int, default=0, metavar="N", help="default: all cores")
     parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> Exit:
         raise StopError(Exit.FILES, str(error)) from None
 
     start = perf_counter()
-    scene = ovolo.compile_file(arguments.scene, arguments.time)
+    scene = ovolo.compile_file(arguments.scene, arguments.time, complexity=arguments.complexity)
     compiled = perf_counter()
     if not arguments.quiet:
         print_diagnostics(scene.warnings)
