@@ -27,6 +27,8 @@ from dsl.scene import (
     Node,
     SceneGraph,
     Shape,
+    Step,
+    Transform,
 )
 from runtime.reference.intersect import Meeting, Rays, intersect
 from runtime.reference.number import Array, Number, NumberName, finite
@@ -217,7 +219,7 @@ class ReferenceTracer:
                 return (yield self._open(node), rays, bound)
             case Group():
                 hits = missed(rays.t_min.size, number)
-                for item in node.items:
+                for item in node.items if node.order is None else ordered_edges(node, node.order):
                     hits = hits.nearer((yield item, rays, bound))
                 return hits
             case Instances():
@@ -239,6 +241,23 @@ class ReferenceTracer:
         if id(file) not in self._loaded:
             self._loaded[id(file)] = self._load(file)
         return self._loaded[id(file)]
+
+
+def ordered_edges(group: Group, order: IntArray) -> list[Node]:
+    """The edges of the group's batches, each as a node of its own, in the order of emission."""
+    edges: list[Node] = []
+    for item in group.items:
+        count = item.transform.count if isinstance(item, Instances) else None
+        if not isinstance(item, Instances) or count is None:
+            edges.append(item)
+            continue
+        for index in range(count):
+            steps = tuple(
+                Step(step.kind, step.values[index], step.inverse) if step.values.ndim == 2 else step
+                for step in item.transform.steps
+            )
+            edges.append(Instances(item.child, Transform(steps)))
+    return [edges[number] for number in order]
 
 
 def object_rays(maps: list[Affine], rays: Rays) -> Rays:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import ovolo
 from benchmarks.agreement import LIMIT, PRECISIONS, Judge, agreement
 from benchmarks.random_scenes import Rays
 from dsl.scene import SceneGraph, Shape, ShapeKind
@@ -50,3 +51,27 @@ def test_the_judge_tells_wrong_from_undecidable(precision: str) -> None:
         rays.origins, rays.directions, rays.t_min, rays.t_max
     )
     assert np.array_equal(traced[1][[0, 3, 4]], truth.leaf[[0, 3, 4]])
+
+
+def test_loops_that_run_in_lanes_number_their_instances_alike() -> None:
+    scene = ovolo.compile(
+        """
+        for i in 0..40, j in 0..3 {
+          if (i + j) % 2 == 0 { sphere(radius: 0.3).translate(i, j, 0) } else {
+            box(size: (0.5, 0.5, 0.5)).translate(i, j, 0)
+          }
+        }
+        for i in 0..40 { for k in 0..3 {
+          sphere(radius: 0.2).translate(i, k, 5)
+          box(size: (0.1, 0.1, 0.1)).translate(i, k, 7)
+        } }
+        """
+    )
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(40.0), np.arange(3.0)))
+    for z in (20.0, -20.0, 6.0):
+        origins = np.stack([i, j, np.full(i.size, z)], axis=1)
+        directions = np.broadcast_to([0.0, 0.0, -np.sign(z)], origins.shape)
+        ours = scene.tracer("float64").trace(origins, directions)
+        theirs = scene.tracer("reference").trace(origins, directions)
+        assert (ours.instance >= 0).all()
+        np.testing.assert_array_equal(ours.instance, theirs.instance)
