@@ -78,7 +78,8 @@ def _directions() -> FloatArray:
     y, x = np.mgrid[0:SIZE, 0:SIZE].reshape(2, -1, 1)
     u, v = ((2 * x + 1) / SIZE - 1) * reach, (1 - (2 * y + 1) / SIZE) * reach
     directions: FloatArray = forward + u * right + v * above
-    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return directions
 
 
 def _truth(

@@ -183,7 +183,8 @@ def _welded(points: FloatArray, faces: IntArray) -> IntArray:
     _, first, inverse = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
     faces = first[inverse.ravel()[faces]]
     a, b, c = faces.T
-    return faces[(a != b) & (b != c) & (a != c)]
+    kept: IntArray = faces[(a != b) & (b != c) & (a != c)]
+    return kept
 
 
 def cloud(count: int, *, triangles: bool) -> SceneGraph:
@@ -231,7 +232,8 @@ def _scattered(
 
 def _unit(vectors: FloatArray) -> FloatArray:
     """Vectors of length 1 along the last axis."""
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: FloatArray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return unit
 
 
 def _step(kind: StepKind, *values: float) -> Step:
