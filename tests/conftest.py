@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 
 import numpy as np
@@ -16,6 +17,14 @@ LETTERS = np.array([*"abcdefghijklmnopqrstuvwxyz", "."])
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("reference", "the language reference, dsl/reference/*.md")
     group.addoption("--update", action="store_true", help="rewrite the outcomes of its examples")
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C be heard, here and in the processes that tests start.
+
+    A shell that starts a job in the background has it ignore that signal, and so its children.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
