@@ -134,15 +134,18 @@ def meet_solid(kind: ShapeKind, parameters: Array, rays: Rays, number: Number) -
         size = float(radius)
         end = np.where(number.length(o - centre) <= radius, 1.125 * radius, -np.inf)
         if solid.convex:  # from outside both times
-            nothing = np.zeros((0, end.size))
-            near = first_crossing(solid, size, o, u, -end, end, nothing, number)
-            far = -first_crossing(solid, size, o, -u, -end, end, nothing, number)
+            unknown = np.zeros((2, 0, end.size))
+            near = first_crossing(solid, size, o, u, -end, end, (*unknown,), number)
+            far = -first_crossing(solid, size, o, -u, -end, end, (*unknown,), number)
             found = [near, far]
         else:
             start = np.maximum(-end, rays.t_min * stretch - slide)
             end = np.minimum(end, rays.t_max * stretch - slide)
-            exits = plain_exits(kind, parameters, o, u, number)
-            found = [first_crossing(solid, size, o, u, start, end, exits, number)]
+            plain = plain_crossings(kind, parameters, o, u, number)
+            if kind is not ShapeKind.TORUS:
+                last = np.where(finite(plain[1]), plain[1], -np.inf).max(axis=0)
+                end = np.minimum(end, last + number.epsilon * 64 * size)
+            found = [first_crossing(solid, size, o, u, start, end, plain, number)]
         crossings = [(s, solid.field(o + np.where(finite(s), s, 0) * u)[1]) for s in found]
     t, s, normal = rays.t_max, np.full_like(slide, np.inf), np.zeros_like(o)
     for crossing, outward in crossings:
@@ -155,12 +158,19 @@ def meet_solid(kind: ShapeKind, parameters: Array, rays: Rays, number: Number) -
     return Meeting(np.where(hit, t, np.inf), o + np.where(hit, s, 0) * u, normal)
 
 
-def plain_exits(kind: ShapeKind, parameters: Array, o: Array, u: Array, number: Number) -> Array:
-    """Where rays leave the solid without its bevel, which holds the bevelled one: s `(k, n)`."""
+def plain_crossings(
+    kind: ShapeKind, parameters: Array, o: Array, u: Array, number: Number
+) -> tuple[Array, Array]:
+    """Where rays enter and leave the solid without its bevel, which holds the bevelled one.
+
+    Each s `(k, n)`, inf for none; of the torus, which is no bevelled solid, k = 0.
+    """
     if kind is ShapeKind.TORUS:
-        return np.zeros((0, o.shape[1]))
+        return np.zeros((0, o.shape[1])), np.zeros((0, o.shape[1]))
     crossings = boundary(*plain_solid(kind, parameters, o, u, number))
-    return np.stack([np.where(dot(normal, u) > 0, s, np.inf) for s, normal in crossings])
+    leaves = np.stack([dot(normal, u) > 0 for _, normal in crossings])
+    s = np.stack([s for s, _ in crossings])
+    return np.where(leaves, np.inf, s), np.where(leaves, s, np.inf)
 
 
 def approach(rays: Rays, centre: Array, number: Number) -> tuple[Array, Array, Array, Array]:

@@ -35,14 +35,16 @@ def first_crossing(
     u: Array,
     start: Array,
     end: Array,
-    exits: Array,
+    crossings: tuple[Array, Array],
     number: Number,
 ) -> Array:
     """The first s in (start, end) where the ray o + s u crosses the surface, inf where none.
 
     `o`, `u` `(3, n)`, u of unit length, `start`, `end` `(n,)`; `size` bounds the solid and scales
-    rounding errors. Chords are found that sink some rounding errors below the surface. At `exits`
-    `(k, n)` the ray leaves a set that holds the solid: a step from inside goes no further.
+    rounding errors. Chords are found that sink some rounding errors below the surface. `crossings`
+    are where the ray enters and leaves a set that holds the solid, each `(k, n)`, k = 0 for none
+    known: a ray outside of that set goes on where it enters it, and a ray inside the solid goes no
+    further at once than where it leaves it.
     """
 
     def field(s: Array, rays: Array) -> tuple[Array, Array]:
@@ -66,9 +68,13 @@ def first_crossing(
             np.maximum(safe_step(f, slope, solid.reach_outside, number), shortest_outside),
             np.maximum(safe_step(-f, -slope, solid.reach_inside, number), shortest_inside),
         )
-        ahead = np.where(exits[:, rays] > s, exits[:, rays], np.inf).min(axis=0, initial=np.inf)
-        following = np.minimum(s + step, end[rays])
-        following = np.where(outside, following, np.minimum(following, ahead))
+        entry, leave = (
+            np.where(each[:, rays] > s, each[:, rays], np.inf).min(axis=0, initial=np.inf)
+            for each in crossings
+        )
+        following = np.where(outside, s + step, np.minimum(s + step, leave))
+        following = np.where(outside & (entry < leave), entry, following)
+        following = np.minimum(following, end[rays])
         f, slope = field(following, rays)
         crossed = (f > 0) != outside
         if crossed.any():

@@ -9,8 +9,8 @@ import pytest
 
 import ovolo
 from benchmarks.agreement import LIMIT, PRECISIONS, Judge, agreement
-from benchmarks.random_scenes import Rays
-from dsl.scene import SceneGraph, Shape, ShapeKind
+from benchmarks.random_scenes import Rays, random_rays, random_shape
+from dsl.scene import Group, SceneGraph, Shape, ShapeKind
 from runtime._kernel import Kernel
 
 BOX = Shape(ShapeKind.BOX, (-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25))
@@ -23,6 +23,18 @@ def test_random_scenes(first: int) -> None:
         assert tally.hits > 300
         assert tally.undecided < 0.05 * tally.rays, precision
         assert np.concatenate(tally.errors, axis=1).max() <= LIMIT
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("kind", ShapeKind)
+def test_of_two_in_the_same_place_the_first_is_hit(kind: ShapeKind, precision: str) -> None:
+    rng = np.random.default_rng(4)
+    for seed in range(6):
+        shape = random_shape(kind, rng)
+        scene = SceneGraph(Group((shape, shape)))
+        rays = random_rays(scene, 100, seed)
+        _, leaf, _ = Kernel(Judge(scene, "two").ir, precision).trace(*rays)
+        assert set(leaf.tolist()) <= {-1, 0}
 
 
 def down(*points: tuple[float, float]) -> Rays:

@@ -62,7 +62,7 @@ fn entry<F: Scalar, S: Dilated<F>, L: Lanes<Scalar = F>>(
         let step = -(height / slope);
         // An arrival is one step better yet, but for the first: where the plain solid was entered
         // through a face, that is the entry to an ulp.
-        let better = arrived & falling & step.le(last);
+        let better = arrived & falling & step.abs().le(last);
         t = L::select(better | running.and_not(arrived), t + step, t);
         last = step;
         entered = entered | arrived;

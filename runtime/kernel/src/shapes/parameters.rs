@@ -20,6 +20,10 @@ use super::ray_wedge::Wedge;
 use super::sector::Sector;
 use super::{Frame, ShapeKind, Solid};
 
+/// The compiler has compared exactly; what is rounded here before it is compared may be off by some
+/// ulps.
+const ROUNDING: f64 = 1.0 + 16.0 * f64::EPSILON;
+
 /// Whether the parameters make a solid. Exact, equality allowed where the solid stays one.
 pub(super) fn is_valid(kind: ShapeKind, parameters: &[f64]) -> bool {
     match (kind, parameters) {
@@ -39,7 +43,7 @@ pub(super) fn is_valid(kind: ShapeKind, parameters: &[f64]) -> bool {
             radius > 0.0
                 && height > 0.0
                 && bevel >= 0.0
-                && bevel * (radius + side) <= radius * height
+                && bevel * (radius + side) <= radius * height * ROUNDING
         }
         (ShapeKind::Torus, &[major, minor]) => major >= 0.0 && minor > 0.0,
         (ShapeKind::Rectangle, &[x, z]) => x > 0.0 && z > 0.0,
@@ -51,7 +55,7 @@ pub(super) fn is_valid(kind: ShapeKind, parameters: &[f64]) -> bool {
             is_ring(r0, r1, y0, y1, bevel)
                 && 0.0 < span
                 && span < 360.0
-                && bevel * (1.0 - sine) <= r0 * sine
+                && bevel * (1.0 - sine) <= r0 * sine * ROUNDING
         }
         (ShapeKind::Plane, &[]) | (ShapeKind::Triangle, _) => true,
         _ => false,
