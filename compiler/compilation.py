@@ -11,6 +11,7 @@ from typing import Any, Literal
 from compiler.flatten import Pruned, flatten
 from compiler.ir import SceneIR
 from compiler.usd.options import Complexity, StageOptions
+from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import FileFault, Files
@@ -57,7 +58,11 @@ class Compilation:
 
 
 def compile_text(
-    text: str, name: str = "scene.ovo", files: Files | None = None, time: Time = None
+    text: str,
+    name: str = "scene.ovo",
+    files: Files | None = None,
+    time: Time = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Compilation:
     """Compile a scene program.
 
@@ -70,22 +75,31 @@ def compile_text(
     seconds = float(time) if isinstance(time, int | float) else 0.0
     if not isfinite(seconds):
         raise ValueError(f"a scene has no time {seconds}")
-    graph, diagnostics = evaluate_source(Source(name, text), files, time=seconds)
+    graph, diagnostics = evaluate_source(Source(name, text), files, limits, seconds)
     return _compile_graph(graph, diagnostics, files, time)
 
 
-def compile_path(path: Path, time: Time = None, complexity: Complexity = "low") -> Compilation:
+def compile_path(
+    path: Path,
+    time: Time = None,
+    complexity: Complexity = "low",
+    files: Files | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Compilation:
     """Compile a scene program or a USD stage, by the file's suffix.
 
     `time` is a stage's time code, its "earliest", or None for default values; `complexity`
-    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`). Raises
-    CompileError, also when the file cannot be read.
+    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`). Where `files`
+    have a root, `path` lies in it and is named from there. Raises CompileError, also when the
+    file cannot be read.
     """
-    files = Files()
+    files = files or Files()
     try:
+        name = files.name(path)
         if path.suffix.lower() not in STAGE_SUFFIXES:
-            return compile_text(files.read_text(str(path)), str(path), files, time)
-        files.resolve(str(path))
+            text = Files(files.root).read_text(name)
+            return compile_text(text, name, files, time, limits)
+        files.resolve(name)
     except FileFault as fault:
         raise CompileError([fault.diagnostic(None)]) from None
     from compiler.usd import import_stage

@@ -58,6 +58,12 @@ def write_ir(scene: SceneIR, path: str | Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
+def is_binary(path: Path) -> bool:
+    """Whether the file at `path` begins as the binary form does; raises OSError."""
+    with path.open("rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC
+
+
 def read_ir(path: str | Path) -> SceneIR:
     """Map the file at `path`; every number in it is checked (`validate`), none is copied.
 

@@ -50,8 +50,10 @@ def evaluate(
     run.time = time
     if not module.complete:
         return None, []
+    own = ""  # for a program that is no file
     with suppress(FileFault):
-        run.loaded[str(files.resolve(module.source.name))] = None
+        own = str(files.resolve(module.source.name))
+    run.loaded[own] = None
     try:
         root = run.drive(statements.module(run, module, Scope()))
         if isinstance(root, Node) and not run.faulty:

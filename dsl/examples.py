@@ -1,11 +1,6 @@
 """The examples of the language reference: what conforms to the language passes them.
 
-An example is a `##` section of `dsl/reference/*.md` with one source block and one outcome block.
-The source is ```` ```ovolo ````, followed by words `name=value` for its `time` and the limits it
-is run under; further blocks with a file's name, ```` ```ovolo bricks.ovo ````, are files beside
-it; a ```` ```usda ```` block is a stage that must give the same IR. The outcome is `ir`, the
-canonical text; `diagnostics`, their exact rendering; `formatted`, the canonical form; or
-`picture`, what the first camera sees as characters.
+`dsl/reference/README.md` says what an example is and how an implementation is judged by it.
 """
 
 from __future__ import annotations
@@ -17,21 +12,25 @@ from pathlib import Path
 
 REFERENCE = Path(__file__).parent / "reference"
 KINDS = ("ir", "diagnostics", "formatted", "picture")
+LANGUAGES = {"ovolo": ".ovo", "usda": ".usda", "ir": ".ir"}
+"""What a source may be written in, and how its file's name ends."""
 
 _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One program of the reference and its outcome.
+    """One source of the reference and its outcome.
 
-    `text` is its whole section; `words` are the time and limits, `files` the contents of files by
-    name, `stage` a USD stage of the same scene; `kind` is one of `KINDS`.
+    `text` is its whole section; `words` are the time, parameters and limits that it is run with,
+    `files` the contents of files by name, `stage` a USD stage of the same scene; `language` is
+    one of `LANGUAGES`, `kind` one of `KINDS`.
     """
 
     chapter: str
     name: str
     text: str
+    language: str
     source: str
     words: dict[str, str]
     files: dict[str, str]
@@ -39,11 +38,16 @@ class Example:
     kind: str
     outcome: str
 
+    @property
+    def file(self) -> str:
+        """The name of the file that the source stands in."""
+        return f"scene{LANGUAGES[self.language]}"
+
     def write_files(self, folder: Path) -> None:
-        """Write the files beside the program; one named `latin…` is not UTF-8."""
-        for name, text in self.files.items():
+        """Write the source and the files beside it; one named `latin…` is not UTF-8."""
+        for name, text in {self.file: self.source, **self.files}.items():
             encoding = "latin-1" if name.startswith("latin") else "utf-8"
-            (folder / name).write_text(text, encoding=encoding)
+            (folder / name).write_text(text, encoding=encoding, newline="")
 
 
 def read_examples() -> Iterator[Example]:
@@ -55,7 +59,7 @@ def read_examples() -> Iterator[Example]:
 def read_chapter(path: Path) -> Iterator[Example]:
     """The examples of one file."""
     for section in re.split(r"^## ", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
-        matches = list(_BLOCK.finditer(section))
+        matches = [match for match in _BLOCK.finditer(section) if match[1] in _READ]
         if matches:
             end = matches[-1].end()
             end += len(section[end:].partition("\n# ")[0])  # another part of the chapter
@@ -63,15 +67,26 @@ def read_chapter(path: Path) -> Iterator[Example]:
             yield _read_example(path.name, section[:end], blocks)
 
 
+_READ = {*LANGUAGES, *KINDS, "obj", "stl", "off"}
+"""The blocks that belong to examples; others, such as `ebnf`, are prose."""
+
+
 def _read_example(chapter: str, section: str, blocks: list[tuple[str, list[str], str]]) -> Example:
     name = section.partition("\n")[0].strip()
     files = {words[0]: text for _, words, text in blocks if words and "=" not in words[0]}
-    rest = [block for block in blocks if not block[1] or "=" in block[1][0]]
-    sources = [(words, text) for kind, words, text in rest if kind == "ovolo"]
-    stage = next((text for kind, _, text in rest if kind == "usda"), None)
-    outcomes = [(kind, text) for kind, _, text in rest if kind in KINDS]
-    assert len(sources) == 1, f"{chapter}: `{name}` needs exactly one source"
-    assert len(outcomes) == 1, f"{chapter}: `{name}` needs exactly one outcome"
-    words = dict(word.split("=", 1) for word in sources[0][0])
-    source = sources[0][1].removesuffix("\n")
-    return Example(chapter, name, section.strip(), source, words, files, stage, *outcomes[0])
+    plain = [block for block in blocks if not block[1] or "=" in block[1][0]]
+    assert len(plain) > 1, f"{chapter}: `{name}` needs a source and an outcome"
+    *sources, (kind, _, outcome) = plain
+    assert kind in KINDS, f"{chapter}: `{name}` ends with a source"
+    language = min((source[0] for source in sources), key=list(LANGUAGES).index)
+    chosen = [source for source in sources if source[0] == language]
+    others = [source for source in sources if source[0] != language]
+    assert len(chosen) == 1, f"{chapter}: `{name}` needs exactly one source"
+    stages = [text for other, _, text in others if other == "usda"]
+    assert len(stages) == len(others) < 2, f"{chapter}: `{name}` needs exactly one outcome"
+    words = dict(word.split("=", 1) for word in chosen[0][1])
+    source = chosen[0][2].removesuffix("\n") if language == "ovolo" else chosen[0][2]
+    return Example(
+        chapter, name, section.strip(), language, source, words, files,
+        stages[0] if stages else None, kind, outcome,
+    )  # fmt: skip

@@ -39,6 +39,19 @@ class Files:
         self.root = None if root is None else root.resolve()
         self.max_bytes = max_bytes
 
+    def name(self, path: Path) -> str:
+        """How scenes name the file at a path of the file system; FileFault if it is outside."""
+        if self.root is None:
+            return str(path)
+        resolved = path.resolve()
+        if not resolved.is_relative_to(self.root):
+            raise FileFault(
+                "file-outside",
+                f"`{path}` is not in the folder that the scene may read",
+                "name a root that contains the scene",
+            )
+        return str(resolved.relative_to(self.root))
+
     def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
         """The existing file that `path` names in `folder`, symbolic links followed.
 

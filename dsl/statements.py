@@ -179,7 +179,7 @@ def _use(run: Run, statement: ast.Use) -> Task:
                     help="move what both need into a third file",
                 )
             return known
-        if len(run.loaded) >= run.limits.files:
+        if len(run.loaded) > run.limits.files:  # which the program itself does not count for
             raise Fault("limit-files", f"more than {run.limits.files} files", span)
         text = run.files.read_text(path, start, run.limits.source_bytes)
     except FileFault as fault:

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
-from ovolo.commands.reading import add_reading
+from compiler.ir import SceneIR
+from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("scene", type=Path, metavar="SCENE", help=".ovo or USD file")
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help=".ovo or USD file, or .ir: an IR in either form"
+    )
     parser.add_argument(
         "--emit",
         choices=("ir", "binary"),
@@ -24,12 +29,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, metavar="PATH", help="default for the text: standard output"
     )
     add_reading(parser)
+    add_bounds(parser)
     parser.add_argument("--json", action="store_true", help="print figures as JSON, not the text")
 
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Compile, and write the form asked for."""
-    from compiler.compilation import compile_path
     from compiler.ir_binary import write_ir
     from compiler.ir_text import print_ir
 
@@ -38,20 +43,48 @@ def run(arguments: argparse.Namespace) -> Exit:
         raise StopError(Exit.USAGE, "there is no file for the binary form", "add `--output PATH`")
     if output is not None and output.is_dir():
         raise StopError(Exit.FILES, f"`{output}` cannot be written: it is a folder")
-    compilation = compile_path(arguments.scene, arguments.time, arguments.complexity)
-    if arguments.json:
-        print_json(compilation.figures())
+    if arguments.scene.suffix == ".ir":
+        ir = _compiled(arguments.scene)
+        if arguments.json:
+            print_json(_figures(ir))
     else:
-        print_diagnostics(compilation.warnings)
+        compilation = read_scene(arguments)
+        ir = compilation.ir
+        if arguments.json:
+            print_json(compilation.figures())
+        else:
+            print_diagnostics(compilation.warnings)
     if output is None:
         if not arguments.json:
-            sys.stdout.write(print_ir(compilation.ir))
+            sys.stdout.write(print_ir(ir))
         return Exit.OK
     try:
         if arguments.emit == "binary":
-            write_ir(compilation.ir, output)
+            write_ir(ir, output)
         else:
-            output.write_text(print_ir(compilation.ir), encoding="utf-8")
+            output.write_text(print_ir(ir), encoding="utf-8")
     except OSError as error:
         raise StopError(Exit.FILES, f"`{output}` cannot be written: {error.strerror}") from None
     return Exit.OK
+
+
+def _compiled(path: Path) -> SceneIR:
+    """An IR that is compiled already, as text or in the binary form; raises CompileError."""
+    from compiler.ir_binary import is_binary, read_ir
+    from compiler.ir_parse import parse_ir
+    from dsl.diagnostics import CompileError
+    from dsl.files import FileFault, Files
+
+    try:
+        if is_binary(Files().resolve(str(path))):
+            return read_ir(path)
+        return parse_ir(Files().read_text(str(path)), str(path))
+    except FileFault as fault:
+        raise CompileError([fault.diagnostic(None)]) from None
+
+
+def _figures(ir: SceneIR) -> dict[str, Any]:
+    from compiler.inspect import summarize
+    from compiler.ir_binary import content_hash
+
+    return {**asdict(summarize(ir)), "hash": content_hash(ir)}

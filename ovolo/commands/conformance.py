@@ -4,10 +4,27 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
+from collections.abc import Mapping
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ovolo.exits import Exit, StopError
-from ovolo.terminal import print_json
+from ovolo.terminal import print_json, wants_color
+
+if TYPE_CHECKING:
+    from dsl.examples import Example
+    from ovolo.conformance import Answer, Chapter, Tools
+
+_GREEN, _RED, _DIM, _RESET = "\x1b[32m", "\x1b[1;31m", "\x1b[2m", "\x1b[0m"
+
+OURS = {
+    "command": "ovolo compile --root . {options} {source}",
+    "formatter": "ovolo fmt {source}",
+    "picture": "ovolo inspect --picture --root . {options} {source}",
+}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -15,9 +32,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--command",
         metavar="COMMAND",
-        default="ovolo compile {source}",
         help="an implementation that prints the IR of the scene {source} on standard output, or "
-        "its diagnostics on standard error; default: `%(default)s`",
+        "its diagnostics on standard error; {options} is where --time, --set and --limit go; "
+        "default: this one",
+    )
+    parser.add_argument(
+        "--formatter", metavar="COMMAND", help="rewrites {source} in canonical form"
+    )
+    parser.add_argument(
+        "--picture", metavar="COMMAND", help="prints {source} as the first camera sees it"
     )
     parser.add_argument("--chapter", metavar="NAME", help="run only that chapter, such as shapes")
     parser.add_argument("--dump", type=Path, metavar="FILE", help="write the examples as JSON only")
@@ -27,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Exit:
     """Run the reference's examples through an implementation, and report chapter by chapter."""
     from dsl.examples import read_examples
-    from ovolo.conformance import as_json, judge
+    from ovolo.conformance import Tools, execute, judge
 
     examples = list(read_examples())
     if arguments.chapter:
@@ -35,27 +58,67 @@ def run(arguments: argparse.Namespace) -> Exit:
         if not examples:
             raise StopError(Exit.USAGE, f"no chapter `{arguments.chapter}` has examples")
     if arguments.dump is not None:
-        try:
-            text = json.dumps(as_json(examples), indent=1, ensure_ascii=False) + "\n"
-            arguments.dump.write_text(text, encoding="utf-8")
-        except OSError as error:
-            message = f"`{arguments.dump}` cannot be written: {error.strerror}"
-            raise StopError(Exit.FILES, message) from None
+        _dump(examples, arguments.dump)
         return Exit.OK
-    if "{source}" not in arguments.command:
-        raise StopError(Exit.USAGE, "the command does not say where the scene's name goes",
-                        'write `--command "tool {source}"`')  # fmt: skip
     try:
-        chapters = judge(examples, arguments.command)
+        tools = _tools(arguments)
+        chapters = judge(examples, tools, ourselves if tools == Tools(**OURS) else execute)
     except OSError as error:
         raise StopError(Exit.USAGE, f"the command cannot be run: {error.strerror}") from None
     if arguments.json:
         print_json({name: chapter.as_json() for name, chapter in chapters.items()})
     else:
-        for name, chapter in chapters.items():
-            print(f"{name:<14}{chapter.passed:>4} of {chapter.passed + len(chapter.failed)}")
-            for example in chapter.failed:
-                print(f"  fails: {example}")
-        skipped = sum(chapter.skipped for chapter in chapters.values())
-        print(f"{skipped} examples of limits, pictures and layout were not run")
+        _print(chapters, wants_color(sys.stdout))
     return Exit.FAULTS if any(chapter.failed for chapter in chapters.values()) else Exit.OK
+
+
+def _dump(examples: list[Example], path: Path) -> None:
+    from ovolo.conformance import as_json
+
+    try:
+        text = json.dumps(as_json(examples), indent=1, ensure_ascii=False) + "\n"
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        message = f"`{path}` cannot be written: {error.strerror}"
+        raise StopError(Exit.FILES, message) from None
+
+
+def _tools(arguments: argparse.Namespace) -> Tools:
+    """The commands that are given; none: our own."""
+    from ovolo.conformance import Tools
+
+    given = {name: getattr(arguments, name) for name in OURS}
+    for command in filter(None, given.values()):
+        if "{source}" not in command:
+            message = f"`{command}` does not say where the scene's name goes"
+            raise StopError(Exit.USAGE, message, 'write `--command "tool {source}"`')
+    return Tools(**given if any(given.values()) else OURS)
+
+
+def ourselves(words: list[str], folder: Path) -> Answer:
+    """What `ovolo …` answers, without the time that a new process takes."""
+    from ovolo.__main__ import main
+    from ovolo.conformance import Answer
+
+    with chdir(folder), redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        code = main(words[1:])
+    return Answer(code, out.getvalue(), err.getvalue())
+
+
+def _print(chapters: Mapping[str, Chapter], color: bool) -> None:
+    def paint(text: str, hue: str) -> str:
+        return f"{hue}{text}{_RESET}" if color else text
+
+    width = max(map(len, chapters), default=0)
+    for name, chapter in chapters.items():
+        run = chapter.passed + len(chapter.failed)
+        count = f"{chapter.passed:>4} of {run:>3}"
+        skipped = f"  {chapter.skipped} not run" if chapter.skipped else ""
+        hue = _RED if chapter.failed else _GREEN
+        print(f"{name:<{width}}{paint(count, hue)}{paint(skipped, _DIM)}")
+        for example, reason in chapter.failed.items():
+            print(f"  {paint('fails', _RED)}: {example}: {reason}")
+    passed = sum(chapter.passed for chapter in chapters.values())
+    failed = sum(len(chapter.failed) for chapter in chapters.values())
+    not_run = sum(chapter.skipped for chapter in chapters.values())
+    print(f"{passed} passed, {failed} failed, {not_run} not run")

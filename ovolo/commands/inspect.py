@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ovolo.commands.reading import add_reading
-from ovolo.exits import Exit
+from compiler.compilation import Compilation
+from ovolo.commands.reading import add_bounds, add_reading, read_scene
+from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("scene", type=Path, metavar="SCENE", help=".ovo or USD file")
+    parser.add_argument(
+        "--picture",
+        action="store_true",
+        help="print what the first camera sees, a letter for each prototype, and nothing else",
+    )
     add_reading(parser)
+    add_bounds(parser)
     parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
 
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Print the figures of a scene; warnings name what a stage has and the scene has not."""
-    from compiler.compilation import compile_path
-
-    compilation = compile_path(arguments.scene, arguments.time, arguments.complexity)
+    compilation = read_scene(arguments)
+    if arguments.picture:
+        return _draw(compilation)
     figures = compilation.figures()
     if arguments.json:
         from dsl.render_diagnostic import to_json
@@ -33,6 +41,16 @@ def run(arguments: argparse.Namespace) -> Exit:
         print_diagnostics(compilation.warnings)
         for title, words in _lines(figures):
             print(f"{title:<12}{words}")
+    return Exit.OK
+
+
+def _draw(compilation: Compilation) -> Exit:
+    from runtime.text_picture import text_picture
+
+    if not len(compilation.ir.cameras):
+        raise StopError(Exit.FAULTS, "the scene has no camera", "add `camera(from: (0, 0, 10))`")
+    print_diagnostics(compilation.warnings)
+    sys.stdout.write(text_picture(compilation.ir))
     return Exit.OK
 
 

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 from typing import get_args
 
+from compiler.compilation import Compilation, compile_path
 from compiler.usd.options import Complexity
+from dsl.budget import Limits
+from dsl.files import Files
+from ovolo.exits import Exit, StopError
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -34,3 +39,44 @@ def _time(text: str) -> float | str:
     if not math.isfinite(value):
         raise ValueError
     return value
+
+
+def add_bounds(parser: argparse.ArgumentParser) -> None:
+    """Declare `--root` and `--limit`."""
+    parser.add_argument(
+        "--root",
+        type=Path,
+        metavar="FOLDER",
+        help="read nothing outside of it; the scene lies in it, and messages name files from there",
+    )
+    parser.add_argument(
+        "--limit",
+        action="append",
+        default=[],
+        metavar="NAME=N",
+        help="what a program may spend, such as steps=1000 (dsl/reference/limits.md), or "
+        "file_bytes=N, the size of one file; may be given several times",
+    )
+
+
+def read_scene(arguments: argparse.Namespace) -> Compilation:
+    """Compile the scene that the command line names, in the way it says; raises CompileError."""
+    root: Path | None = arguments.root
+    if root is not None and not root.is_dir():
+        raise StopError(Exit.FILES, f"`{root}` is no folder")
+    limits = dict(map(_limit, arguments.limit))
+    size = limits.pop("file_bytes", None)
+    files = Files(root) if size is None else Files(root, size)
+    try:
+        allowed = Limits(**limits)
+    except TypeError:
+        known = ", ".join([*Limits.__dataclass_fields__, "file_bytes"])
+        raise StopError(Exit.USAGE, "there is no such limit", f"limits are {known}") from None
+    return compile_path(arguments.scene, arguments.time, arguments.complexity, files, allowed)
+
+
+def _limit(text: str) -> tuple[str, int]:
+    name, equals, number = text.partition("=")
+    if not equals or not number.isascii() or not number.isdigit():
+        raise StopError(Exit.USAGE, f"`--limit {text}` is no limit", "write `--limit steps=1000`")
+    return name, int(number)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,11 @@ import pytest
 from dsl.codes import CODES
 from dsl.examples import read_examples
 from ovolo.__main__ import main
-from ovolo.conformance import judge
+from ovolo.commands.conformance import OURS, ourselves
+from ovolo.conformance import Tools, judge
 from ovolo.exits import Exit
 
-OURS = f"{sys.executable} -m ovolo compile {{source}}"
+EXAMPLES = list(read_examples())
 
 
 def test_every_code_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
@@ -31,29 +33,62 @@ def test_an_unknown_code_has_a_suggestion(capsys: pytest.CaptureFixture[str]) ->
     assert "did you mean `value-bevel`?" in capsys.readouterr().err
 
 
-def test_we_conform_to_our_own_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_we_conform_to_our_own_reference() -> None:
+    chapters = judge(EXAMPLES, Tools(**OURS), ourselves)
+    assert {name: c.failed for name, c in chapters.items() if c.failed} == {}
+    assert sum(chapter.passed for chapter in chapters.values()) == len(EXAMPLES)
+
+
+def test_processes_are_judged_as_we_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent.parent))
-    chosen = [e for e in read_examples() if e.chapter == "bevels.md"][:3]
-    chosen += [e for e in read_examples() if e.kind == "diagnostics" and e.files][:2]
-    chosen += [e for e in read_examples() if e.words][:1]
-    chapters = judge(chosen, OURS)
-    assert [chapter.failed for chapter in chapters.values() if chapter.failed] == []
-    assert sum(chapter.passed for chapter in chapters.values()) >= 3
-    assert sum(chapter.skipped for chapter in chapters.values()) >= 1
+    process = {name: f"{sys.executable} -m {command}" for name, command in OURS.items()}
+    chosen = [*{(e.kind, e.language, bool(e.words)): e for e in EXAMPLES}.values()]
+    chapters = judge(chosen, Tools(**process))
+    assert {name: c.failed for name, c in chapters.items() if c.failed} == {}
 
 
-def test_one_that_prints_nothing_conforms_nowhere() -> None:
-    chosen = [e for e in read_examples() if e.kind in ("ir", "diagnostics") and not e.words][:3]
-    chapters = judge(chosen, "true {source}")
-    assert sum(len(chapter.failed) for chapter in chapters.values()) == 3
+def test_without_a_command_we_judge_ourselves(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["conformance", "--chapter", "form"]) == Exit.OK
+    out = capsys.readouterr().out
+    assert "\x1b[" not in out
+    assert out.endswith(" passed, 0 failed, 0 not run\n")
+
+
+def test_one_that_prints_nothing_conforms_nowhere(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["conformance", "--chapter", "bevels", "--command", "true {source}"]) == 1
+    assert "fails: every bevelled shape: line 1 is ``, where `ovolo ir 1` is due" in (
+        capsys.readouterr().out
+    )
+
+
+def test_what_a_tool_cannot_do_is_not_run() -> None:
+    chosen = [e for e in EXAMPLES if e.words or e.kind in ("formatted", "picture")]
+    chapters = judge(chosen, Tools("tool {source}"), ourselves)
+    assert sum(chapter.skipped for chapter in chapters.values()) == len(chosen)
+
+
+def test_a_wrong_answer_is_told_from_the_right_one() -> None:
+    good = {e.kind: e for e in EXAMPLES if not e.words}
+    for kind, example in good.items():
+        edited = example.outcome.replace("1", "2").replace("a", "b")
+        (chapter,) = judge([replace(example, outcome=edited)], Tools(**OURS), ourselves).values()
+        assert chapter.failed, kind
 
 
 def test_the_suite_is_written_as_json(tmp_path: Path) -> None:
     target = tmp_path / "suite.json"
     assert main(["conformance", "--dump", str(target)]) == Exit.OK
     suite = json.loads(target.read_text())
-    assert len(suite) == len(list(read_examples()))
-    assert {"chapter", "name", "source", "kind", "outcome"} <= set(suite[0])
+    assert len(suite) == len(EXAMPLES)
+    assert {"chapter", "name", "language", "source", "kind", "outcome"} <= set(suite[0])
+
+
+def test_the_report_is_written_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["conformance", "--chapter", "bevels", "--command", "true {source}", "--json"]
+    assert main(words) == Exit.FAULTS
+    report = json.loads(capsys.readouterr().out)
+    assert report["bevels"]["passed"] == 0
+    assert "every bevelled shape" in report["bevels"]["failed"]
 
 
 def test_a_command_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
