@@ -196,12 +196,13 @@ class Block:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Let:
-    """`let name = value`."""
+    """`let name = value`; `doc` is the text of the `///` lines above it, here and below."""
 
     span: Span
     name: str
     name_span: Span
     value: Expression
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -212,6 +213,7 @@ class Parameter:
     name: str
     name_span: Span
     default: Expression | None
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,6 +225,7 @@ class Function:
     name_span: Span
     parameters: tuple[Parameter, ...]
     body: Block | None
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,6 +236,7 @@ class Use:
     path: String | None
     name: str
     name_span: Span
+    doc: str = ""
 
 
 Expression = (

@@ -130,18 +130,18 @@ def _check_choice(site: Site, name: str, value: str | None, choices: tuple[str, 
 
 _COLOR = Parameter("color", COLOR, (1.0, 1.0, 1.0))
 _CAMERA = (
-    Parameter("name", STRING, ""),
-    Parameter("near", NUMBER, 0.0),
-    Parameter("far", NUMBER),
+    Parameter("name", STRING, "", doc="what `--camera` chooses it by"),
+    Parameter("near", NUMBER, 0.0, doc="distance before which nothing is seen"),
+    Parameter("far", NUMBER, doc="distance beyond which nothing is seen"),
 )
 _SETTINGS = (
-    Parameter("width", NUMBER),
-    Parameter("height", NUMBER),
-    Parameter("samples", NUMBER),
-    Parameter("integrator", STRING),
-    Parameter("precision", STRING),
-    Parameter("occlusion_distance", NUMBER),
-    Parameter("exposure", NUMBER),
+    Parameter("width", NUMBER, doc="pixels"),
+    Parameter("height", NUMBER, doc="pixels"),
+    Parameter("samples", NUMBER, doc="camera rays per pixel"),
+    Parameter("integrator", STRING, doc=f"one of {', '.join(get_args(Integrator))}"),
+    Parameter("precision", STRING, doc=f"one of {', '.join(get_args(Precision))}"),
+    Parameter("occlusion_distance", NUMBER, doc="how far ambient occlusion looks"),
+    Parameter("exposure", NUMBER, doc="stops by which the picture is brighter"),
 )
 
 LIGHTS = (
@@ -150,38 +150,66 @@ LIGHTS = (
         (
             Signature(
                 (
-                    Parameter("direction", VECTOR3, required=True),
-                    Parameter("irradiance", NUMBER, 1.0),
+                    Parameter("direction", VECTOR3, required=True, doc="where the light travels"),
+                    Parameter("irradiance", NUMBER, 1.0, doc="on a surface that faces it"),
                     _COLOR,
-                    Parameter("angle", ANGLE, 0.0),
+                    Parameter("angle", ANGLE, 0.0, doc="diameter in the sky; 0 casts hard shadows"),
                 ),
                 _sun,
             ),
         ),
+        "a light",
+        "Parallel light.",
     ),
-    Builtin("sky", (Signature((_COLOR,), _sky),)),
+    Builtin(
+        "sky",
+        (Signature((_COLOR,), _sky),),
+        "a light",
+        "The same light from every direction, which is also the background.",
+    ),
     Builtin(
         "point_light",
         (
             Signature(
                 (
                     Parameter("position", VECTOR3, (0.0, 0.0, 0.0)),
-                    Parameter("intensity", NUMBER, 1.0),
+                    Parameter("intensity", NUMBER, 1.0, doc="irradiance at distance 1"),
                     _COLOR,
-                    Parameter("radius", NUMBER, 0.0),
+                    Parameter("radius", NUMBER, 0.0, doc="above 0, shadows are soft"),
                 ),
                 _point_light,
             ),
         ),
+        "a light",
+        "Light from a point, or from a ball.",
     ),
     Builtin(
         "camera",
         (
-            Signature((*LOOK_AT, Parameter("fov", ANGLE, 45.0), *_CAMERA), _perspective),
             Signature(
-                (*LOOK_AT, Parameter("height", NUMBER, required=True), *_CAMERA), _orthographic
+                (
+                    *LOOK_AT,
+                    Parameter("fov", ANGLE, 45.0, doc="vertical angle of view"),
+                    *_CAMERA,
+                ),
+                _perspective,
+            ),
+            Signature(
+                (
+                    *LOOK_AT,
+                    Parameter("height", NUMBER, required=True, doc="of what is seen"),
+                    *_CAMERA,
+                ),
+                _orthographic,
             ),
         ),
+        "a camera",
+        "A camera: in perspective, or orthographic if it has a `height`.",
     ),
-    Builtin("settings", (Signature(_SETTINGS, _settings),)),
+    Builtin(
+        "settings",
+        (Signature(_SETTINGS, _settings),),
+        "settings",
+        "How the picture is made, unless the command line says otherwise.",
+    ),
 )

@@ -112,36 +112,61 @@ _PARAMETERS = tuple(
 _WHITE = Parameter("color", COLOR, (1.0, 1.0, 1.0))
 
 
-def _number(name: str, default: float) -> Parameter:
-    return Parameter(name, NUMBER, default)
+def _number(name: str, default: float, doc: str) -> Parameter:
+    return Parameter(name, NUMBER, default, doc=doc)
+
+
+def _roughness(default: float) -> Parameter:
+    return _number("roughness", default, "0 is a mirror, 1 is matte")
+
+
+def _shorthand(name: str, doc: str, parameters: tuple[Parameter, ...], function: Any) -> Builtin:
+    return Builtin(name, (Signature(parameters, function),), "a material", doc)
 
 
 _COLOR = Parameter("color", COLOR, required=True)
 
 MATERIALS = (
-    Builtin("rgb", (Signature(tuple(Parameter(n, NUMBER, required=True) for n in "rgb"), _rgb),)),
-    Builtin("material", (Signature(_PARAMETERS, _material),)),
-    Builtin("matte", (Signature((_COLOR,), _matte),)),
-    Builtin("plastic", (Signature((_COLOR, _number("roughness", 0.4)), _plastic),)),
-    Builtin("metal", (Signature((_COLOR, _number("roughness", 0.3)), _metal),)),
     Builtin(
-        "glass",
-        (
-            Signature(
-                (_WHITE, _number("ior", 1.5), _number("roughness", 0.0), _number("opacity", 0.1)),
-                _glass,
-            ),
-        ),
+        "rgb",
+        (Signature(tuple(Parameter(n, NUMBER, required=True) for n in "rgb"), _rgb),),
+        "a color",
+        "A color by its linear Rec. 709 components; `#d2b48c` is sRGB-encoded.",
     ),
-    Builtin("glow", (Signature((_COLOR, _number("strength", 1.0)), _glow),)),
+    _shorthand(
+        "material", "A material by the parameters of UsdPreviewSurface.", _PARAMETERS, _material
+    ),
+    _shorthand("matte", "A material without any gloss.", (_COLOR,), _matte),
+    _shorthand(
+        "plastic", "A coloured material with a white gloss.", (_COLOR, _roughness(0.4)), _plastic
+    ),
+    _shorthand("metal", "A metal of that color.", (_COLOR, _roughness(0.3)), _metal),
+    _shorthand(
+        "glass",
+        "A material that lets light through.",
+        (
+            _WHITE,
+            _number("ior", 1.5, "index of refraction, at least 1"),
+            _roughness(0.0),
+            _number("opacity", 0.1, "1 lets nothing through"),
+        ),
+        _glass,
+    ),
+    _shorthand(
+        "glow",
+        "A material that shines.",
+        (_COLOR, _number("strength", 1.0, "what the color is multiplied by")),
+        _glow,
+    ),
 )
 
-BIND = Builtin(
-    "material",
-    (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m, lanes=True),),
-)
-OVERRIDE = Builtin(
-    "override",
-    (Signature((Parameter("m", MATERIAL, required=True),), lambda site, m: m, lanes=True),),
-)
+
+def _binding(name: str, doc: str) -> Builtin:
+    parameter = Parameter("m", MATERIAL, required=True)
+    signature = Signature((parameter,), lambda site, m: m, lanes=True)
+    return Builtin(name, (signature,), "an object", doc)
+
+
+BIND = _binding("material", "Binds a material to all below that has none of its own.")
+OVERRIDE = _binding("override", "Binds a material to all below, whatever it has.")
 """The suffix calls that bind a material: what is below and has its own keeps it, or not."""

@@ -96,12 +96,12 @@ def _tan(site: Site, angle: float) -> float:
     return result
 
 
-def _arc(name: str, function: Callable[[float], float]) -> Builtin:
+def _arc(name: str, doc: str, function: Callable[[float], float]) -> Builtin:
     def call(site: Site, x: float) -> Angle:
         _defined(site, abs(x) <= 1.0, f"`{name}` of {format_number(x)}, beyond -1..1", "x")
         return Angle(math.degrees(function(x)))
 
-    return Builtin(name, (Signature((_number("x"),), call),))
+    return Builtin(name, (Signature((_number("x"),), call),), "an angle", doc)
 
 
 def _atan2(site: Site, y: float, x: float) -> Angle:
@@ -208,40 +208,112 @@ def _number(name: str) -> Parameter:
     return Parameter(name, NUMBER, required=True)
 
 
-def _builtin(name: str, function: Callable[..., Value], *parameters: tuple[str, Kind]) -> Builtin:
+def _builtin(
+    name: str, result: str, doc: str, function: Callable[..., Value], *parameters: tuple[str, Kind]
+) -> Builtin:
     listed = tuple(Parameter(word, kind, required=True) for word, kind in parameters)
-    return Builtin(name, (Signature(listed, function),))
+    return Builtin(name, (Signature(listed, function),), result, doc)
 
 
-def _many(name: str, function: Callable[..., Value], first: str, kind: Kind) -> Builtin:
+def _many(
+    name: str, result: str, doc: str, function: Callable[..., Value], first: str, kind: Kind
+) -> Builtin:
     listed = (Parameter(first, kind, required=True),)
-    return Builtin(name, (Signature(listed, function, rest=kind),))
+    return Builtin(name, (Signature(listed, function, rest=kind),), result, doc)
 
+
+def _real(
+    name: str, doc: str, function: Callable[..., Value], *parameters: tuple[str, Kind]
+) -> Builtin:
+    return _builtin(name, "a number", doc, function, *parameters)
+
+
+_SAME = "a value of the same kind"
 
 MATHS = (
-    _builtin("sqrt", _sqrt, ("x", NUMBER)),
-    _builtin("abs", _abs, ("x", QUANTITY)),
-    _many("min", _extreme(min), "x", QUANTITY),
-    _many("max", _extreme(max), "x", QUANTITY),
-    _builtin("floor", lambda site, x: float(math.floor(x)), ("x", NUMBER)),
-    _builtin("ceil", lambda site, x: float(math.ceil(x)), ("x", NUMBER)),
-    _builtin("round", _round, ("x", NUMBER)),
-    _builtin("sin", lambda site, angle: sine(angle), ("angle", ANGLE)),
-    _builtin("cos", lambda site, angle: cosine(angle), ("angle", ANGLE)),
-    _builtin("tan", _tan, ("angle", ANGLE)),
-    _arc("asin", math.asin),
-    _arc("acos", math.acos),
-    _builtin("atan2", _atan2, ("y", NUMBER), ("x", NUMBER)),
-    _builtin("pow", _pow, ("x", NUMBER), ("y", NUMBER)),
-    _builtin("exp", _exp, ("x", NUMBER)),
-    _builtin("log", _log, ("x", NUMBER)),
-    _builtin("mod", _mod, ("x", QUANTITY), ("y", QUANTITY)),
-    _builtin("clamp", _clamp, ("x", QUANTITY), ("low", QUANTITY), ("high", QUANTITY)),
-    _builtin("mix", _mix, ("a", MIXABLE), ("b", MIXABLE), ("t", NUMBER)),
-    _builtin("dot", _dot, ("a", VECTOR), ("b", VECTOR)),
-    _builtin("cross", _cross, ("a", VECTOR3), ("b", VECTOR3)),
-    _builtin("normalize", _normalize, ("v", VECTOR)),
-    _builtin("length", _length, ("v", VECTOR)),
-    _builtin("count", _count, ("list", LIST)),
-    _many("random", random, "seed", NUMBER),
+    _real("sqrt", "The square root.", _sqrt, ("x", NUMBER)),
+    _builtin("abs", _SAME, "The value without its sign.", _abs, ("x", QUANTITY)),
+    _many("min", _SAME, "The smallest of the arguments.", _extreme(min), "x", QUANTITY),
+    _many("max", _SAME, "The largest of the arguments.", _extreme(max), "x", QUANTITY),
+    _real(
+        "floor",
+        "The largest whole number not above x.",
+        lambda site, x: float(math.floor(x)),
+        ("x", NUMBER),
+    ),
+    _real(
+        "ceil",
+        "The smallest whole number not below x.",
+        lambda site, x: float(math.ceil(x)),
+        ("x", NUMBER),
+    ),
+    _real("round", "The nearest whole number; halves go away from zero.", _round, ("x", NUMBER)),
+    _real("sin", "The sine.", lambda site, angle: sine(angle), ("angle", ANGLE)),
+    _real("cos", "The cosine.", lambda site, angle: cosine(angle), ("angle", ANGLE)),
+    _real("tan", "The tangent.", _tan, ("angle", ANGLE)),
+    _arc("asin", "The angle in -90deg..90deg of that sine.", math.asin),
+    _arc("acos", "The angle in 0deg..180deg of that cosine.", math.acos),
+    _builtin(
+        "atan2",
+        "an angle",
+        "The angle of the point (x, y), from the x axis towards y.",
+        _atan2,
+        ("y", NUMBER),
+        ("x", NUMBER),
+    ),
+    _real("pow", "x to the power y.", _pow, ("x", NUMBER), ("y", NUMBER)),
+    _real("exp", "e to the power x.", _exp, ("x", NUMBER)),
+    _real("log", "The natural logarithm.", _log, ("x", NUMBER)),
+    _builtin(
+        "mod",
+        _SAME,
+        "The remainder of x / y, with the sign of y.",
+        _mod,
+        ("x", QUANTITY),
+        ("y", QUANTITY),
+    ),
+    _builtin(
+        "clamp",
+        _SAME,
+        "x, but at least `low` and at most `high`.",
+        _clamp,
+        ("x", QUANTITY),
+        ("low", QUANTITY),
+        ("high", QUANTITY),
+    ),
+    _builtin(
+        "mix",
+        _SAME,
+        "From a, where t is 0, to b, where t is 1.",
+        _mix,
+        ("a", MIXABLE),
+        ("b", MIXABLE),
+        ("t", NUMBER),
+    ),
+    _real("dot", "The scalar product.", _dot, ("a", VECTOR), ("b", VECTOR)),
+    _builtin(
+        "cross",
+        "a vector of 3",
+        "The vector product.",
+        _cross,
+        ("a", VECTOR3),
+        ("b", VECTOR3),
+    ),
+    _builtin(
+        "normalize",
+        "a vector",
+        "The vector of length 1 with the same direction.",
+        _normalize,
+        ("v", VECTOR),
+    ),
+    _real("length", "The length of a vector.", _length, ("v", VECTOR)),
+    _real("count", "How many items a list has.", _count, ("list", LIST)),
+    _many(
+        "random",
+        "a number",
+        "A number from 0 up to 1 that is a hash of the arguments: the same for the same ones.",
+        random,
+        "seed",
+        NUMBER,
+    ),
 )

@@ -85,6 +85,7 @@ class _Parser(ExpressionParser):
                 return self.expression()
 
     def let(self) -> ast.Statement:
+        doc = self.documentation()
         start = self.advance()
         name = self.binding_name("a name after `let`")
         try:
@@ -93,9 +94,10 @@ class _Parser(ExpressionParser):
         except SyntaxFault:
             self.recover()
             value = ast.Missing(self.span(start))
-        return ast.Let(self.span(start), str(name.value), self.token_span(name), value)
+        return ast.Let(self.span(start), str(name.value), self.token_span(name), value, doc)
 
     def function(self) -> ast.Statement:
+        doc = self.documentation()
         start = self.advance()
         name = self.binding_name("a name after `fn`")
         parameters: list[ast.Parameter] = []
@@ -109,10 +111,11 @@ class _Parser(ExpressionParser):
         except SyntaxFault:
             self.recover()
         return ast.Function(
-            self.span(start), str(name.value), self.token_span(name), tuple(parameters), body
+            self.span(start), str(name.value), self.token_span(name), tuple(parameters), body, doc
         )
 
     def parameter(self) -> ast.Parameter:
+        doc = self.documentation()
         name = self.binding_name("a parameter's name")
         default = None
         if self.token.kind == "=":
@@ -120,9 +123,10 @@ class _Parser(ExpressionParser):
             default = self.expression()
         elif self.token.kind == ":":
             self.expected("`,` or `)`", "parameters have no types; a default is `name = value`")
-        return ast.Parameter(self.span(name), str(name.value), self.token_span(name), default)
+        return ast.Parameter(self.span(name), str(name.value), self.token_span(name), default, doc)
 
     def use(self) -> ast.Statement:
+        doc = self.documentation()
         start = self.advance()
         path: ast.String | None = None
         if self.token.kind == "string":
@@ -136,7 +140,7 @@ class _Parser(ExpressionParser):
             self.expected("`as` and a name", 'write `use "file.ovo" as name`')
         self.advance()
         name = self.binding_name("a name after `as`")
-        return ast.Use(self.span(start), path, str(name.value), self.token_span(name))
+        return ast.Use(self.span(start), path, str(name.value), self.token_span(name), doc)
 
     def block(self) -> ast.Block:
         start = self.advance()

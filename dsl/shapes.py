@@ -115,43 +115,87 @@ def _check_file(site: Site, path: str) -> None:
         raise site.fault(fault.code, fault.message, "path", fault.help) from None
 
 
-_BEVEL = Parameter("bevel", NUMBER, 0.0)
+_BEVEL = Parameter("bevel", NUMBER, 0.0, doc="radius of the ball that rounds the edges; 0 is sharp")
 _RADIUS = Parameter("radius", NUMBER, 1.0)
-_R = Parameter("r", INTERVAL, required=True)
-_Y = Parameter("y", INTERVAL, required=True)
-_PATH = Parameter("path", STRING, required=True)
+_R = Parameter("r", INTERVAL, required=True, doc="inner to outer radius")
+_Y = Parameter("y", INTERVAL, required=True, doc="bottom to top")
+_PATH = Parameter("path", STRING, required=True, doc="relative to the folder of this file")
 
 
-def _needed(name: str) -> Parameter:
-    return Parameter(name, VECTOR3, required=True)
+def _needed(name: str, doc: str) -> Parameter:
+    return Parameter(name, VECTOR3, required=True, doc=doc)
+
+
+def _object(name: str, doc: str, *signatures: Signature) -> Builtin:
+    return Builtin(name, signatures, "an object", doc)
 
 
 SHAPES = (
-    Builtin("sphere", (Signature((_RADIUS,), _sphere),)),
-    Builtin(
+    _object("sphere", "A ball about the origin.", Signature((_RADIUS,), _sphere)),
+    _object(
         "box",
-        (
-            Signature((Parameter("size", VECTOR3, (2.0, 2.0, 2.0)), _BEVEL), _box),
-            Signature((_needed("min"), _needed("max"), _BEVEL), _box_between),
+        "A box about the origin by its size, or between two corners.",
+        Signature((Parameter("size", VECTOR3, (2.0, 2.0, 2.0), doc="whole lengths"), _BEVEL), _box),
+        Signature(
+            (_needed("min", "the lower corner"), _needed("max", "the upper corner"), _BEVEL),
+            _box_between,
         ),
     ),
-    Builtin(
+    _object(
         "cylinder",
-        (Signature((_RADIUS, Parameter("y", INTERVAL, (-1.0, 1.0)), _BEVEL), _cylinder),),
+        "A solid cylinder about the y axis.",
+        Signature(
+            (_RADIUS, Parameter("y", INTERVAL, (-1.0, 1.0), doc="bottom to top"), _BEVEL), _cylinder
+        ),
     ),
-    Builtin("cone", (Signature((_RADIUS, Parameter("height", NUMBER, 2.0), _BEVEL), _cone),)),
-    Builtin(
+    _object(
+        "cone",
+        "A solid cone about the y axis, its base in y = 0 and its tip up.",
+        Signature((_RADIUS, Parameter("height", NUMBER, 2.0), _BEVEL), _cone),
+    ),
+    _object(
         "torus",
-        (Signature((Parameter("major", NUMBER, 1.0), Parameter("minor", NUMBER, 0.25)), _torus),),
+        "A torus about the y axis.",
+        Signature(
+            (
+                Parameter("major", NUMBER, 1.0, doc="from the axis to the middle of the tube"),
+                Parameter("minor", NUMBER, 0.25, doc="radius of the tube"),
+            ),
+            _torus,
+        ),
     ),
-    Builtin("disc", (Signature((_RADIUS,), _disc),)),
-    Builtin("rectangle", (Signature((Parameter("size", VECTOR2, (2.0, 2.0)),), _rectangle),)),
-    Builtin("plane", (Signature((), _plane),)),
-    Builtin("triangle", (Signature((_needed("a"), _needed("b"), _needed("c")), _triangle),)),
-    Builtin("ring", (Signature((_R, _Y, _BEVEL), _ring),)),
-    Builtin(
-        "wedge", (Signature((_R, _Y, Parameter("phi", ANGLES, required=True), _BEVEL), _wedge),)
+    _object("disc", "A flat disc in y = 0 that faces +y.", Signature((_RADIUS,), _disc)),
+    _object(
+        "rectangle",
+        "A flat rectangle in y = 0 that faces +y.",
+        Signature((Parameter("size", VECTOR2, (2.0, 2.0), doc="along x and z"),), _rectangle),
     ),
-    Builtin("mesh", (Signature((_PATH,), _mesh),)),
-    Builtin("usd", (Signature((_PATH, Parameter("prim", STRING)), _usd),)),
+    _object("plane", "The whole plane y = 0, facing +y.", Signature((), _plane)),
+    _object(
+        "triangle",
+        "A flat triangle that faces where its corners go round counter-clockwise.",
+        Signature(
+            (_needed("a", "corner"), _needed("b", "corner"), _needed("c", "corner")), _triangle
+        ),
+    ),
+    _object(
+        "ring",
+        "A hollow cylinder about the y axis, with walls from the inner to the outer radius.",
+        Signature((_R, _Y, _BEVEL), _ring),
+    ),
+    _object(
+        "wedge",
+        "A sector of a ring: the brick of domes and arches. Azimuth runs from +z towards +x.",
+        Signature(
+            (_R, _Y, Parameter("phi", ANGLES, required=True, doc="azimuths"), _BEVEL), _wedge
+        ),
+    ),
+    _object("mesh", "The triangles of a mesh file.", Signature((_PATH,), _mesh)),
+    _object(
+        "usd",
+        "A USD stage, or one prim of it with what is below.",
+        Signature(
+            (_PATH, Parameter("prim", STRING, doc="path of a prim, such as `/World/Chair`")), _usd
+        ),
+    ),
 )

@@ -8,6 +8,7 @@ from typing import NoReturn, TypeVar
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
+from dsl.documentation import documentation
 from dsl.spans import Source, Span
 from dsl.tokens import KEYWORDS, Token, describe
 
@@ -34,6 +35,7 @@ class TokenReader:
         self.limits = limits
         self.position = 0
         self.token = tokens[0]
+        self.encoded = source.encoded()
         self.nesting = 0
         self.tainted = False  # a fault in this statement has been reported
         self.unclosed = False  # so has a block that reaches the end of the file
@@ -59,6 +61,17 @@ class TokenReader:
     def token_span(self, token: Token) -> Span:
         """The place of a token."""
         return Span(self.source, token.start, token.end)
+
+    def documentation(self) -> str:
+        """The text of the `///` lines directly above the current token."""
+        before = self.tokens[self.position - 1] if self.position else None
+        begins_line = before is None or before.kind == "newline"
+        # The first newline of a file comes after its first comment.
+        start = 0 if before is None or (begins_line and self.position == 1) else before.end
+        between = self.encoded[start : self.token.start]
+        if b"///" not in between:
+            return ""
+        return documentation(between.decode("utf-8", "surrogatepass"), begins_line)
 
     def skip_newlines(self) -> None:
         """Go on to the next line with words."""
@@ -168,7 +181,7 @@ class TokenReader:
     def begins_line(self) -> bool:
         """Whether a newline is between the token before and the current."""
         start = self.tokens[self.position - 1].end if self.position else 0
-        return any(mark in self.source.encoded()[start : self.token.start] for mark in b"\r\n")
+        return any(mark in self.encoded[start : self.token.start] for mark in b"\r\n")
 
     def close(self, opener: Token, closer: str, expected: str = "") -> None:
         """The end of a bracket."""

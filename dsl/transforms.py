@@ -90,55 +90,84 @@ def _check_direction(site: Site, name: str, vector: Vector) -> None:
         raise site.fault("value-degenerate", f"`{name}` is (0, 0, 0) and has no direction", name)
 
 
-_ANGLE = (Parameter("angle", ANGLE, required=True),)
-_AXIS = Parameter("axis", VECTOR3, required=True)
+_ANGLE = (Parameter("angle", ANGLE, required=True, doc="right-handed"),)
+_AXIS = Parameter("axis", VECTOR3, required=True, doc="a direction of any length")
 LOOK_AT = (
-    Parameter("from", VECTOR3, required=True),
-    Parameter("at", VECTOR3, (0.0, 0.0, 0.0)),
-    Parameter("up", VECTOR3, (0.0, 1.0, 0.0)),
+    Parameter("from", VECTOR3, required=True, doc="where it is"),
+    Parameter("at", VECTOR3, (0.0, 0.0, 0.0), doc="the point that its -z looks at"),
+    Parameter("up", VECTOR3, (0.0, 1.0, 0.0), doc="the direction that its y is nearest to"),
 )
 
+
+def _map(name: str, doc: str, *signatures: Signature) -> Builtin:
+    return Builtin(name, signatures, "a transform", doc)
+
+
 TRANSFORMS = (
-    Builtin(
+    _map(
         "translate",
-        (
-            Signature((Parameter("by", VECTOR3, required=True),), _translate_by, lanes=True),
-            Signature(
-                tuple(Parameter(name, NUMBER, 0.0) for name in "xyz"), _translate, lanes=True
-            ),
-        ),
+        "Moves by a vector, or along the axes.",
+        Signature((Parameter("by", VECTOR3, required=True),), _translate_by, lanes=True),
+        Signature(tuple(Parameter(name, NUMBER, 0.0) for name in "xyz"), _translate, lanes=True),
     ),
-    Builtin(
+    _map(
         "scale",
-        (
-            Signature((Parameter("s", NUMBER, required=True),), _scale_by, lanes=True),
-            Signature(tuple(Parameter(name, NUMBER, 1.0) for name in "xyz"), _scale, lanes=True),
-        ),
+        "Scales about the origin, evenly or along the axes.",
+        Signature((Parameter("s", NUMBER, required=True),), _scale_by, lanes=True),
+        Signature(tuple(Parameter(name, NUMBER, 1.0) for name in "xyz"), _scale, lanes=True),
     ),
-    Builtin("rotate_x", (Signature(_ANGLE, _rotate_about(1.0, 0.0, 0.0), lanes=True),)),
-    Builtin("rotate_y", (Signature(_ANGLE, _rotate_about(0.0, 1.0, 0.0), lanes=True),)),
-    Builtin("rotate_z", (Signature(_ANGLE, _rotate_about(0.0, 0.0, 1.0), lanes=True),)),
-    Builtin("rotate", (Signature((_AXIS, *_ANGLE), _rotate),)),
-    Builtin(
+    _map(
+        "rotate_x",
+        "Turns about the x axis: y towards z.",
+        Signature(_ANGLE, _rotate_about(1.0, 0.0, 0.0), lanes=True),
+    ),
+    _map(
+        "rotate_y",
+        "Turns about the y axis: z towards x.",
+        Signature(_ANGLE, _rotate_about(0.0, 1.0, 0.0), lanes=True),
+    ),
+    _map(
+        "rotate_z",
+        "Turns about the z axis: x towards y.",
+        Signature(_ANGLE, _rotate_about(0.0, 0.0, 1.0), lanes=True),
+    ),
+    _map(
+        "rotate",
+        "Turns about an axis through the origin.",
+        Signature((_AXIS, *_ANGLE), _rotate),
+    ),
+    _map(
         "shear",
-        (
-            Signature(
-                tuple(Parameter(n, NUMBER, 0.0) for n in ("xy", "xz", "yx", "yz", "zx", "zy")),
-                _shear,
-                lanes=True,
-            ),
+        "Slides each axis along the others: x becomes x + xy·y + xz·z, and so on.",
+        Signature(
+            tuple(Parameter(n, NUMBER, 0.0) for n in ("xy", "xz", "yx", "yz", "zx", "zy")),
+            _shear,
+            lanes=True,
         ),
     ),
-    Builtin("reflect", (Signature((_AXIS,), _reflect),)),
-    Builtin("matrix", (Signature((), _matrix, rest=NUMBER, lanes=True),)),
-    Builtin("look_at", (Signature(LOOK_AT, look_at),)),
+    _map(
+        "reflect",
+        "Mirrors in the plane through the origin that is normal to the axis.",
+        Signature((_AXIS,), _reflect),
+    ),
+    _map(
+        "matrix",
+        "Any affine map: 12 numbers, three rows of four, the fourth of each the translation.",
+        Signature((), _matrix, rest=NUMBER, lanes=True),
+    ),
+    _map(
+        "look_at",
+        "Places an object so that its -z looks at a point, as cameras do.",
+        Signature(LOOK_AT, look_at),
+    ),
 )
 
 PLACE = {
     **{builtin.name: builtin for builtin in TRANSFORMS},
-    "transform": Builtin(
+    "transform": _map(
         "transform",
-        (Signature((Parameter("t", TRANSFORM, required=True),), lambda site, t: t, lanes=True),),
+        "Applies a transform value.",
+        Signature((Parameter("t", TRANSFORM, required=True),), lambda site, t: t, lanes=True),
     ),
 }
 """The suffix calls that place an object."""

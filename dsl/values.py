@@ -124,12 +124,16 @@ class Kind:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of a builtin; without a default it must be given."""
+    """A parameter of a builtin; without a default it must be given.
+
+    `doc` says in a few words what it is, where its name does not.
+    """
 
     name: str
     kind: Kind
     default: Any = None
     required: bool = False
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,10 +153,16 @@ class Signature:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Builtin:
-    """A function of the language; the first signature that the arguments fit is called."""
+    """A function of the language; the first signature that the arguments fit is called.
+
+    `result` is what it gives, as `type_name` says it, and `doc` a sentence or two: what editors
+    show.
+    """
 
     name: str
     signatures: tuple[Signature, ...]
+    result: str = ""
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
