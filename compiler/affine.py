@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,10 +50,11 @@ class Affine:
 
     def take(self, index: Lanes) -> Affine:
         """The lanes at `index`."""
-        a, b, c = (
-            (r[0].take(index), r[1].take(index), r[2].take(index), r[3].take(index))
-            for r in self.rows
-        )
+        return self.mapped(lambda entry: entry.take(index))
+
+    def mapped(self, function: Callable[[DoubleDouble], DoubleDouble]) -> Affine:
+        """Every entry by a function."""
+        a, b, c = ((function(x), function(y), function(z), function(w)) for x, y, z, w in self.rows)
         return Affine((a, b, c))
 
     def round_into(self, out: FloatArray) -> None:
@@ -61,6 +62,15 @@ class Affine:
         for i, row in enumerate(self.rows):
             for j, entry in enumerate(row):
                 np.add(entry.hi, 0.0, out=out[:, i, j])
+
+    def is_finite(self) -> NDArray[np.bool_] | np.bool_:
+        """Where all entries are finite: an array, or one answer for every lane."""
+        finite: NDArray[np.bool_] | np.bool_ = np.bool_(True)
+        for row in self.rows:
+            for entry in row:
+                if not (isinstance(entry.hi, np.float64) and np.isfinite(entry.hi)):
+                    finite = finite & np.isfinite(entry.hi)
+        return finite
 
 
 def scatter(parts: Iterable[tuple[Affine, NDArray[np.int64]]], count: int) -> Affine:
@@ -103,7 +113,15 @@ class Placement:
 
     def take(self, index: Lanes) -> Placement:
         """The lanes at `index`."""
-        return Placement(self.forward.take(index), self.inverse.take(index))
+        taken: dict[int, DoubleDouble] = {}  # a rotation and its inverse have the same entries
+
+        def take(entry: DoubleDouble) -> DoubleDouble:
+            found = taken.get(id(entry))
+            if found is None:
+                found = taken[id(entry)] = entry.take(index)
+            return found
+
+        return Placement(self.forward.mapped(take), self.inverse.mapped(take))
 
 
 def scatter_placements(

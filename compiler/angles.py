@@ -66,20 +66,9 @@ def _table() -> tuple[DoubleDouble, DoubleDouble]:
     return sine, cosine
 
 
-# Lanes that are worth sorting.
-_MANY = 256
-
-
 def sin_cos(degrees: Part) -> tuple[DoubleDouble, DoubleDouble]:
     """Sine and cosine of angles in degrees, of any size; NaN where they are not finite."""
     values: FloatArray = np.atleast_1d(np.asarray(degrees, dtype=np.float64))
-    if values.size > _MANY:
-        # Loops turn by few angles many times, and sorting is a tenth of the work below.
-        # By their bits, for -0 is not 0.
-        distinct, place = np.unique(values.view(np.int64), return_inverse=True)
-        if 2 * len(distinct) < len(values):
-            sine, cosine = sin_cos(distinct.view(np.float64))
-            return sine.take(place), cosine.take(place)
     with np.errstate(invalid="ignore"):
         turned = np.fmod(values, 360.0)
     quarter = np.rint(turned / 90.0)

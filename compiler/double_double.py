@@ -18,7 +18,7 @@ since 0·x = 0, 1·x = x and 0 + x = x are exact, with the same result to the la
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,18 +52,41 @@ def _split(a: Part) -> tuple[Part, Part]:
 
 def two_product(a: Part, b: Part) -> tuple[Part, Part]:
     """The rounded product and its exact error (Dekker 1971)."""
+    return _product(a, _split(a), b, _split(b))
+
+
+def _product(
+    a: Part, a_halves: tuple[Part, Part], b: Part, b_halves: tuple[Part, Part]
+) -> tuple[Part, Part]:
+    """`two_product` of what is split already."""
+    (a1, a0), (b1, b0) = a_halves, b_halves
     p = a * b
-    a1, a0 = _split(a)
-    b1, b0 = _split(b)
-    return p, ((a1 * b1 - p) + a1 * b0 + a0 * b1) + a0 * b0
+    # In place, where these are arrays: the order is that of the sum.
+    error = a1 * b1
+    error -= p
+    error += a1 * b0
+    error += a0 * b1
+    error += a0 * b0
+    return p, error
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class DoubleDouble:
-    """hi + lo. Parts are float64 scalars or arrays that broadcast against each other."""
+    """hi + lo. Parts are float64 scalars or arrays that broadcast against each other.
+
+    Neither is changed; the halves of `hi`, which every product needs, are kept once they are made.
+    """
 
     hi: Part
     lo: Part = _NOTHING
+    _halves: tuple[Part, Part] | None = field(default=None, init=False, repr=False, compare=False)
+
+    @property
+    def halves(self) -> tuple[Part, Part]:
+        """`hi` as a sum of two numbers of at most 26 bits."""
+        if self._halves is None:
+            self._halves = _split(self.hi)
+        return self._halves
 
     @staticmethod
     def of(value: float) -> DoubleDouble:
@@ -98,7 +121,7 @@ class DoubleDouble:
             return self
         if other.is_constant(0.0) or self.is_constant(1.0):
             return other
-        p, e = two_product(self.hi, other.hi)
+        p, e = _product(self.hi, self.halves, other.hi, other.halves)
         if not _is_nothing(other.lo):
             cross = self.hi * other.lo
             e = e + (cross if _is_nothing(self.lo) else cross + self.lo * other.hi)

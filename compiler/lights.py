@@ -58,8 +58,10 @@ def place_lights(walk: Walk) -> PlacedLights:
     (table,) = expand(branches, planned).values()
     targets = np.frombuffer(table.leaf_target, dtype=np.int64)
     placements: dict[int, Placement] = {}
-    for leaves, placement in Frames(branches.chains, table).chunks():
-        numbers = np.arange(len(targets))[leaves].tolist()
+    frames = Frames(branches.chains, table)
+    for chunk in frames.chunks():
+        numbers = np.arange(len(targets))[chunk.leaves].tolist()
+        placement = frames.placements(chunk)
         placements.update((leaf, placement.take(lane)) for lane, leaf in enumerate(numbers))
     for leaf, number in enumerate(targets.tolist()):
         _add(placed, nodes[number], placements[leaf])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +16,19 @@ from compiler.expand import Integers, Table
 from compiler.transforms import compose, compose_many
 from dsl.scene import Step
 
-# Lanes worked on at once: their matrices fit into the second-level cache.
-_CHUNK = 8192
+# Lanes worked on at once: few enough that their matrices stay in the caches.
+_CHUNK = 32768
+# Chains of more lanes are composed when they are needed, and not held in double-double.
+_LARGE = 8192
 # A low part below this fraction of its number is less than the rounding of `translation_low`.
 _NOISE = 2.0**-80
+
+
+class Chunk(NamedTuple):
+    """Some leaves: of one large chain, or of the others (-1)."""
+
+    leaves: slice | Integers
+    chain: int
 
 
 class Frames:
@@ -33,8 +44,7 @@ class Frames:
         self._chain = np.frombuffer(table.frame_chain, dtype=np.int64)
         self._lane = np.frombuffer(table.frame_lane, dtype=np.int64)
         self._leaf_frame = np.frombuffer(table.leaf_frame, dtype=np.int64)
-        # Chains too large to hold their lanes in double-double are composed when needed.
-        self._large = np.array([chain.count > _CHUNK for chain in chains], dtype=bool)
+        self._large = np.array([chain.count > _LARGE for chain in chains], dtype=bool)
         self._pool, self._first = self._pooled()
         self._inner = np.full(len(self._parent), -1)
         parents = np.zeros(len(self._parent), dtype=bool)
@@ -43,8 +53,8 @@ class Frames:
         self._inner[inner] = np.arange(len(inner))
         self._outer = self._inner_placements(inner)
 
-    def chunks(self) -> Iterator[tuple[slice | Integers, Placement]]:
-        """The placements of all leaves, some at a time, each with the leaves that it covers."""
+    def chunks(self) -> Iterator[Chunk]:
+        """All leaves, some at a time."""
         frame = self._leaf_frame
         known = np.concatenate([self._large[self._chain], [False]])
         chain = np.concatenate([self._chain, [-1]])
@@ -55,9 +65,13 @@ class Frames:
             for a in range(start, end, _CHUNK):
                 leaves = order[a : min(a + _CHUNK, int(end))]
                 first, last = int(leaves[0]), int(leaves[-1])
-                chunk = slice(first, last + 1) if last - first + 1 == len(leaves) else leaves
-                with np.errstate(all="ignore"):
-                    yield chunk, self._placements(frame[chunk], int(large[first]))
+                whole = last - first + 1 == len(leaves)
+                yield Chunk(slice(first, last + 1) if whole else leaves, int(large[first]))
+
+    def placements(self, chunk: Chunk) -> Placement:
+        """The placements of some leaves."""
+        with np.errstate(all="ignore"):
+            return self._placements(self._leaf_frame[chunk.leaves], chunk.chain)
 
     def _placements(self, frame: Integers, large: int) -> Placement:
         if large >= 0:
@@ -140,16 +154,36 @@ def matrices(
     forward, inverse = np.empty((count, 3, 4)), np.empty((count, 3, 4))
     low = np.zeros((count, 3), dtype=np.float32)
     exists = np.empty(count, dtype=bool)
-    for chunk, placement in frames.chunks():
+
+    def fill(chunk: Chunk) -> None:
+        placement, leaves = frames.placements(chunk), chunk.leaves
         for out, affine in (forward, placement.forward), (inverse, placement.inverse):
-            rows = out[chunk]
-            affine.round_into(rows)
-            out[chunk] = rows
+            if isinstance(leaves, slice):
+                affine.round_into(out[leaves])
+            else:
+                rows = np.empty((len(leaves), 3, 4))
+                affine.round_into(rows)
+                out[leaves] = rows
         for axis, entry in enumerate(placement.forward.translation):
-            low[chunk, axis] = _significant(entry.lo, entry.hi)
-        finite = np.isfinite(forward[chunk]) & np.isfinite(inverse[chunk])
-        exists[chunk] = finite.all(axis=(1, 2))
+            if np.any(entry.lo):
+                low[leaves, axis] = _significant(entry.lo, entry.hi)
+        exists[leaves] = placement.forward.is_finite() & placement.inverse.is_finite()
+
+    _each(fill, list(frames.chunks()))
     return forward, inverse, low, exists
+
+
+def _each(fill: Callable[[Chunk], None], chunks: Sequence[Chunk]) -> None:
+    """Fill all chunks, several at a time: NumPy computes without the interpreter's lock."""
+    if len(chunks) < 2:
+        for chunk in chunks:
+            fill(chunk)
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for _ in pool.map(fill, chunks):
+            pass
 
 
 def _significant(lo: Part, hi: Part) -> Part:

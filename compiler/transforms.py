@@ -13,6 +13,7 @@ number of steps only, so that a batch of n gives to the last bit what n single c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ Matrix3 = list[list[DoubleDouble]]
 
 _NO_TRANSLATION = (ZERO, ZERO, ZERO)
 _TWO = DoubleDouble.of(2.0)
+# Lanes that are worth sorting.
+_MANY = 256
 # A determinant this small against the sum of its terms is rounding noise.
 _NOISE = 2.0**-98
 
@@ -43,11 +46,11 @@ def elementary(kind: StepKind, values: FloatArray) -> Placement:
 def compose(steps: Sequence[Step]) -> Placement:
     """The chain of `steps`, the first applied to the object first; batched if any step is."""
     with np.errstate(all="ignore"):
-        factors = [_placement(step) for step in steps]
+        factors = [_factor(step) for step in steps]
         while len(factors) > 1:
             pairs = [b @ a for a, b in zip(factors[::2], factors[1::2], strict=False)]
             factors = pairs + factors[len(pairs) * 2 :]
-    return factors[0] if factors else STILL
+        return factors[0].in_lanes() if factors else STILL
 
 
 def compose_many(chains: Sequence[Sequence[Step]]) -> Placement:
@@ -67,6 +70,47 @@ def compose_many(chains: Sequence[Sequence[Step]]) -> Placement:
             lanes = scatter_placements(parts, len(first))
             lengths = halved
     return lanes
+
+
+@dataclass(frozen=True, slots=True)
+class _Factor:
+    """Part of a batch's chain, with few lanes where the batch has few different ones.
+
+    Lane i of the batch is lane `place[i]` of the placement; without a `place` they are the same,
+    and if it `varies` not at all, its only lane is that of the whole batch.
+    """
+
+    placement: Placement
+    place: NDArray[np.int64] | None = None
+    varies: bool = True
+
+    def __matmul__(self, other: _Factor) -> _Factor:
+        if not (self.varies and other.varies) or self.place is other.place:
+            varying = self if self.varies else other
+            return _Factor(self.placement @ other.placement, varying.place, varying.varies)
+        return _Factor(self.in_lanes() @ other.in_lanes())
+
+    def in_lanes(self) -> Placement:
+        """The placement with the lanes of the batch."""
+        return self.placement if self.place is None else self.placement.take(self.place)
+
+
+def _factor(step: Step) -> _Factor:
+    """One step of a batch: loops turn by few angles many times, and sorting costs little."""
+    values = step.values
+    if values.ndim == 1:
+        return _Factor(_placement(step), varies=False)
+    if (
+        step.kind is StepKind.ROTATE
+        and len(values) >= _MANY
+        and (values[:, :3] == values[0, :3]).all()
+    ):
+        # By their bits, for -0 is not 0.
+        bits = np.ascontiguousarray(values[:, 3]).view(np.int64)
+        _, first, place = np.unique(bits, return_index=True, return_inverse=True)
+        if 2 * len(first) < len(values):
+            return _Factor(_placement(Step(step.kind, values[first], step.inverse)), place)
+    return _Factor(_placement(step))
 
 
 def _placement(step: Step) -> Placement:
