@@ -15,6 +15,7 @@ from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import FileFault, Files
+from dsl.garbage import seldom_collecting
 from dsl.scene import File, Node, SceneGraph
 from dsl.spans import Source
 
@@ -57,6 +58,7 @@ class Compilation:
         }
 
 
+@seldom_collecting()
 def compile_text(
     text: str,
     name: str = "scene.ovo",
@@ -108,6 +110,7 @@ def compile_path(
     return _compile_graph(graph, diagnostics, files, time)
 
 
+@seldom_collecting()
 def _compile_graph(
     graph: SceneGraph | None, diagnostics: list[Diagnostic], files: Files, time: Time
 ) -> Compilation:

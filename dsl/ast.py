@@ -7,19 +7,18 @@ than the brackets of its source.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from dsl.records import node
 from dsl.spans import Source, Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Missing:
     """An expression that could not be read; its fault has been reported."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Number:
     """`1.5`."""
 
@@ -27,7 +26,7 @@ class Number:
     value: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class AngleLiteral:
     """`40deg`, `0.5turn`."""
 
@@ -35,7 +34,7 @@ class AngleLiteral:
     degrees: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Boolean:
     """`true` or `false`."""
 
@@ -43,7 +42,7 @@ class Boolean:
     value: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class String:
     """`"text"`, its escapes resolved."""
 
@@ -51,7 +50,7 @@ class String:
     text: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class ColorLiteral:
     """`#d2b48c`, already linear."""
 
@@ -59,7 +58,7 @@ class ColorLiteral:
     components: tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Name:
     """A use of a name."""
 
@@ -67,7 +66,7 @@ class Name:
     name: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class VectorLiteral:
     """`(a, b)` up to four components."""
 
@@ -75,7 +74,7 @@ class VectorLiteral:
     components: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class ListLiteral:
     """`[a, b, …]`."""
 
@@ -83,7 +82,7 @@ class ListLiteral:
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Operator:
     """An operator's word and place."""
 
@@ -91,7 +90,7 @@ class Operator:
     symbol: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Unary:
     """`-a` or `not a`."""
 
@@ -100,7 +99,7 @@ class Unary:
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Operation:
     """Operands joined by operators of one precedence, read from the left.
 
@@ -112,7 +111,7 @@ class Operation:
     operators: tuple[Operator, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Argument:
     """`value` or `name: value`."""
 
@@ -122,7 +121,7 @@ class Argument:
     value: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Call:
     """The suffix `(arguments)`."""
 
@@ -130,7 +129,7 @@ class Call:
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Member:
     """The suffix `.name`; before a `Call`, a suffix call or a call of a file's function."""
 
@@ -138,7 +137,7 @@ class Member:
     name: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Index:
     """The suffix `[index]`."""
 
@@ -149,7 +148,7 @@ class Index:
 Suffix = Call | Member | Index
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Chain:
     """A base followed by suffixes, applied in reading order."""
 
@@ -158,7 +157,7 @@ class Chain:
     suffixes: tuple[Suffix, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class If:
     """`if c { … } else if d { … } else { … }`."""
 
@@ -167,7 +166,7 @@ class If:
     otherwise: Block | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class LoopVariable:
     """`name in range` of a loop's head."""
 
@@ -177,7 +176,7 @@ class LoopVariable:
     range: Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class For:
     """`for i in a..b, j in list { … }`: the last variable runs fastest."""
 
@@ -186,7 +185,7 @@ class For:
     body: Block
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Block:
     """`{ statements }`, or a whole file."""
 
@@ -194,7 +193,7 @@ class Block:
     statements: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Let:
     """`let name = value`; `doc` is the text of the `///` lines above it, here and below."""
 
@@ -205,7 +204,7 @@ class Let:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Parameter:
     """`name` or `name = default`."""
 
@@ -216,7 +215,7 @@ class Parameter:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Function:
     """`fn name(parameters) { … }`; `body` is None where it could not be read."""
 
@@ -228,7 +227,7 @@ class Function:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Use:
     """`use "path" as name`; `path` is None where it could not be read."""
 
@@ -260,7 +259,7 @@ Definition = Let | Function | Use
 Statement = Definition | Expression
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Module:
     """The syntax tree of one file; not `complete` if reading was given up at a limit."""
 

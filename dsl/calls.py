@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from dsl import ast
@@ -97,7 +97,7 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     """Convert the arguments and call; Fault if they do not fit, Poisoned if one is faulty."""
     if any(item.value is POISON for item in given):
         raise Poisoned
-    signature = _choose(builtin, given)
+    signature = _choose(builtin, tuple([item.argument.name for item in given]))
     names = [parameter.name for parameter in signature.parameters]
     rest: list[Given] = []
     if signature.rest is not None:
@@ -145,18 +145,13 @@ def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "")
     return value
 
 
-def _choose(builtin: Builtin, given: Sequence[Given]) -> Signature:
-    """The first signature that the arguments fit by number and name, else the nearest."""
+@lru_cache(maxsize=1024)
+def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:
+    """The first signature that arguments with these names, or without, fit; else the nearest."""
     if len(builtin.signatures) == 1:
         return builtin.signatures[0]
-    words = {item.argument.name for item in given if item.argument.name is not None}
-    positional = sum(item.argument.name is None for item in given)
-    if not words:
-        for signature in builtin.signatures:
-            parameters = signature.parameters
-            lacking = any(parameter.required for parameter in parameters[positional:])
-            if positional <= len(parameters) and not lacking:
-                return signature
+    words = {name for name in given if name is not None}
+    positional = given.count(None)
 
     def misfit(signature: Signature) -> tuple[int, int]:
         names = [parameter.name for parameter in signature.parameters]

@@ -29,7 +29,7 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
             and not isinstance(value, File)
         ):
             next(suffixes)
-            given = yield from _arguments(following, scope)
+            given = yield from _arguments(run, following, scope)
             site = _site(run, suffix.name, node.span)
             if movable(value) and (builtin := PLACE.get(suffix.name)) is not None:
                 transform = call_builtin(builtin, given, site)
@@ -55,7 +55,7 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
                 index = yield suffix.index, scope
                 value = item(value, index, suffix)
             case ast.Call():
-                given = yield from _arguments(suffix, scope)
+                given = yield from _arguments(run, suffix, scope)
                 span = node.span
                 if following is not None:
                     span = Span(span.source, span.start, suffix.span.end)
@@ -77,10 +77,15 @@ def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) 
     return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
 
 
-def _arguments(call: ast.Call, scope: Scope) -> Steps[list[Given]]:
+def _arguments(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Given]]:
     given = []
     for argument in call.arguments:
-        value = yield argument.value, scope
+        value: Value
+        if type(argument.value) is ast.Number:
+            run.step(argument.value)
+            value = argument.value.value
+        else:
+            value = yield argument.value, scope
         given.append(Given(argument, value))
     return given
 

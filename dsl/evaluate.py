@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 from dsl import ast, chains, expressions, statements
 from dsl.budget import DEFAULT_LIMITS, Limits
@@ -12,6 +10,7 @@ from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.faults import Exhausted
 from dsl.files import FileFault, Files
+from dsl.garbage import seldom_collecting
 from dsl.parser import parse
 from dsl.run import Handler, Run
 from dsl.scene import Node, SceneGraph
@@ -70,7 +69,7 @@ def evaluate_source(
     source: Source, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
-    with _seldom_collecting():
+    with seldom_collecting():
         module, faults = parse(source, limits)
         graph, more = evaluate(module, files, limits, time)
     diagnostics = in_order([*faults, *more])
@@ -78,17 +77,6 @@ def evaluate_source(
         message = f"only the first {limits.diagnostics} faults are shown"
         diagnostics = [*diagnostics[: limits.diagnostics], diagnostic("limit-diagnostics", message)]
     return (None if faults else graph), diagnostics
-
-
-@contextmanager
-def _seldom_collecting() -> Iterator[None]:
-    """Look for garbage less often: syntax trees are large, have no cycles, and stay."""
-    thresholds = gc.get_threshold()
-    gc.set_threshold(max(100_000, thresholds[0]), 20, 100)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*thresholds)
 
 
 def in_order(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from itertools import accumulate
 
 from dsl.angles import UNITS, degrees_from_literal
@@ -37,6 +38,7 @@ _TOKEN = re.compile(
 _ESCAPE = re.compile(r"\\(?:u\{([0-9a-fA-F]{1,6})\}|(.))")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 _CLOSES = {")": "(", "]": "[", "}": "{"}
+_BRACKETS = frozenset("()[]{}")
 _STATEMENT_WORDS = frozenset(("let", "fn", "use"))
 
 _MENDS = {
@@ -60,6 +62,9 @@ def tokenize(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnost
 def srgb_to_linear(encoded: float) -> float:
     """One sRGB-encoded component in [0, 1] to linear light (IEC 61966-2-1)."""
     return encoded / 12.92 if encoded <= 0.04045 else math.pow((encoded + 0.055) / 1.055, 2.4)
+
+
+_token: Callable[[tuple[str, int, int, TokenValue]], Token] = partial(tuple.__new__, Token)
 
 
 class _Lexer:
@@ -88,7 +93,6 @@ class _Lexer:
             )
             return [Token("end", 0, 0)], self.diagnostics
         handlers: dict[str | None, Callable[[re.Match[str]], None]] = {
-            "space": self._space,
             "newline": self._newline,
             "name": self._name,
             "number": self._number,
@@ -100,7 +104,8 @@ class _Lexer:
             "other": self._other,
         }
         for match in _TOKEN.finditer(self.source.text):
-            handlers[match.lastgroup](match)
+            if match.lastgroup != "space":
+                handlers[match.lastgroup](match)
         self.add("end", len(self.source.text), len(self.source.text))
         return self.tokens, self.diagnostics
 
@@ -117,11 +122,10 @@ class _Lexer:
             if kind != ".":
                 self.tokens.append(self.newline)
             self.newline = None
-        self.tokens.append(Token(kind, self.byte(start), self.byte(end), value))
+        if self.offsets is not None:
+            start, end = self.offsets[start], self.offsets[end]
+        self.tokens.append(_token((kind, start, end, value)))
         self.line_start = False
-
-    def _space(self, match: re.Match[str]) -> None:
-        pass
 
     def _newline(self, match: re.Match[str]) -> None:
         self.line_start = True
@@ -138,16 +142,16 @@ class _Lexer:
             start = self.byte(match.start())
             self.newline = Token("newline", start, start)
         if word in KEYWORDS:
-            self.add(word, match.start(), match.end())
+            self.add(word, *match.span())
         elif word in RESERVED:
-            self.add("reserved", match.start(), match.end(), word)
+            self.add("reserved", *match.span(), word)
         elif word.isidentifier():
-            self.add("name", match.start(), match.end(), word)
+            self.add("name", *match.span(), word)
         else:
             self._other(match)
 
     def _number(self, match: re.Match[str]) -> None:
-        digits, unit = match["digits"], match["unit"]
+        digits, unit = match.group("digits", "unit")
         start, end = match.span()
         kind, value = "number", float(digits)
         if unit in UNITS:
@@ -177,7 +181,9 @@ class _Lexer:
 
     def _symbol(self, match: re.Match[str]) -> None:
         symbol = match[0]
-        self.add(symbol, match.start(), match.end())
+        self.add(symbol, *match.span())
+        if symbol not in _BRACKETS:
+            return
         if symbol in "([{":
             self.brackets.append(symbol)
         elif (opener := _CLOSES.get(symbol)) and opener in self.brackets:

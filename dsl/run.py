@@ -134,6 +134,12 @@ class Run:
                 stack.append(value)
                 value = None
 
+    def step(self, expression: ast.Expression) -> None:
+        """Count an expression that is evaluated without the driver."""
+        self._steps += self._cost
+        if self._steps > self.limits.steps:
+            self.spend(0, expression.span)
+
     def spend(self, steps: int, span: Span) -> None:
         """Count steps beyond the one of each expression: a loop's iterations, a copy's items."""
         self._steps += steps

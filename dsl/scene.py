@@ -11,13 +11,14 @@ reduced exactly), colours linear Rec. 709.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dsl.records import node, value
 from dsl.spans import Place
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +27,7 @@ Vector = tuple[float, float, float]
 Color = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Origin:
     """What made a node, and its segment of the object path.
 
@@ -56,7 +57,7 @@ class StepKind(StrEnum):
     LOOK_AT = "look_at"  # from xyz, at xyz, up xyz: object -z looks at `at`, y near `up`
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Step:
     """One elementary map, or its exact inverse.
 
@@ -68,7 +69,7 @@ class Step:
     inverse: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Transform:
     """A chain of elementary maps in reading order: the first is applied to the object first.
 
@@ -123,7 +124,7 @@ normal is (b - a) × (c - a).
 """
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Shape:
     """An analytic shape in its own space; `parameters` as in `SHAPE_PARAMETERS[kind]`."""
 
@@ -132,7 +133,7 @@ class Shape:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Mesh:
     """A triangle mesh.
 
@@ -145,7 +146,7 @@ class Mesh:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class File:
     """An object to be read from a file when the scene is flattened: `mesh("…")`, `usd("…")`.
 
@@ -160,7 +161,7 @@ class File:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Material:
     """The parameters of UsdPreviewSurface; colours linear. Equal materials are one."""
 
@@ -180,7 +181,7 @@ class Material:
 DEFAULT_MATERIAL = Material()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Group:
     """Several nodes as one, in order of emission.
 
@@ -193,7 +194,7 @@ class Group:
     order: IntArray | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Instances:
     """A child placed by one transform, or n times by a batch of n.
 
@@ -206,7 +207,7 @@ class Instances:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Bind:
     """A material bound to whatever is below.
 
@@ -220,7 +221,7 @@ class Bind:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Sun:
     """Parallel light.
 
@@ -234,7 +235,7 @@ class Sun:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class PointLight:
     """Light from a point, or from a ball of `radius` (soft shadows).
 
@@ -247,7 +248,7 @@ class PointLight:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Sky:
     """Uniform radiance from every direction; also the background. Not moved by transforms."""
 
@@ -255,7 +256,7 @@ class Sky:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Camera:
     """A camera in its own space: at the origin, looking along -z, y up.
 
@@ -282,7 +283,7 @@ Precision = Literal["float32", "float64"]
 UpAxis = Literal["y", "z"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Settings:
     """What a scene asks of its picture; None leaves the choice to the caller or the default.
 
@@ -304,7 +305,7 @@ class Settings:
 Node = Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class SceneGraph:
     """The root of a scene and where it came from.
 

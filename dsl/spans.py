@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import PurePath
 
+from dsl.records import value
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -27,7 +29,7 @@ class Source:
         return self.text.encode("utf-8", "surrogatepass")
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Span:
     """A half-open range `[start, end)` of UTF-8 byte offsets in one source.
 

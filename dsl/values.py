@@ -14,32 +14,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dsl import ast, scene
+from dsl.records import node, value
 from dsl.scene import IntArray
 from dsl.spans import Span
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Angle:
     """An angle in degrees."""
 
     degrees: float
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Vector:
     """Two, three or four numbers."""
 
     components: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Color:
     """Linear Rec. 709 components: red, green, blue."""
 
     components: tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Interval:
     """`start..end`, both numbers or both angles."""
 
@@ -47,14 +48,14 @@ class Interval:
     end: float | Angle
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class List:
     """Values in order."""
 
     items: tuple[Value, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Binding:
     """What a name stands for in one scope: the identity that definition and uses share.
 
@@ -94,7 +95,7 @@ class Scope:
         return self if self.index is None else Scope(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Closure:
     """A function of the program with the scope that it was defined in."""
 
@@ -102,7 +103,7 @@ class Closure:
     scope: Scope
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class File:
     """A scene file in use: its top-level names."""
 
@@ -110,7 +111,7 @@ class File:
     members: dict[str, Value]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Kind:
     """What a parameter takes.
 
@@ -122,7 +123,7 @@ class Kind:
     convert: Callable[[Any], Any]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Parameter:
     """A parameter of a builtin; without a default it must be given.
 
@@ -136,7 +137,7 @@ class Parameter:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Signature:
     """One way to call a builtin.
 
@@ -151,7 +152,7 @@ class Signature:
     lanes: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Builtin:
     """A function of the language; the first signature that the arguments fit is called.
 
@@ -165,14 +166,14 @@ class Builtin:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Truths:
     """A truth value in every lane of a loop, see `dsl.lanes`; `values` `(n,)`."""
 
     values: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Choice:
     """One of several materials in every lane: `options[which[lane]]`."""
 
@@ -180,7 +181,7 @@ class Choice:
     which: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Part:
     """An object placed once in each of some lanes, which ascend.
 
@@ -195,7 +196,7 @@ class Part:
     numbers: IntArray | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Objects:
     """What each of `count` lanes contains: its parts, in their order."""
 
@@ -203,7 +204,7 @@ class Objects:
     count: int
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Poison:
     """The value of what was faulty: whatever touches it is silent, as its fault is reported."""
 
