@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic
+from dsl.garbage import seldom_collecting
 from dsl.layout import Bracket, Comment, Gap, Node, Word, read_layout
 from dsl.parser import parse
 from dsl.spans import Source
@@ -23,6 +24,7 @@ WIDTH = 100
 _INDENT = 2
 
 
+@seldom_collecting()
 def format_source(
     source: Source, limits: Limits = DEFAULT_LIMITS
 ) -> tuple[str | None, list[Diagnostic]]:

@@ -152,6 +152,8 @@ class _Reader:
         start = self.tokens[self.position - 1].end if self.position else 0
         between = self.encoded[start : self.token.start].decode("utf-8", "surrogatepass")
         gap = Gap()
+        if self.position and not between.strip(" "):
+            return gap
         line: list[Comment] = []
         lines = newlines = 0 if self.position else 1  # in all, and since the last comment
         for match in _TRIVIA.finditer(between):
