@@ -44,10 +44,11 @@ class Example:
         return f"scene{LANGUAGES[self.language]}"
 
     def write_files(self, folder: Path) -> None:
-        """Write the source and the files beside it; one named `latin…` is not UTF-8."""
+        """Write the source and the files beside it; names begin with how, see the README."""
         for name, text in {self.file: self.source, **self.files}.items():
             encoding = "latin-1" if name.startswith("latin") else "utf-8"
-            (folder / name).write_text(text, encoding=encoding, newline="")
+            newline = {"cr": "\r", "crlf": "\r\n"}.get(name.partition(".")[0], "")
+            (folder / name).write_text(text, encoding=encoding, newline=newline)
 
 
 def read_examples() -> Iterator[Example]:

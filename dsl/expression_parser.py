@@ -41,7 +41,7 @@ class ExpressionParser(TokenReader, ABC):
     def expression(self, level: int = 0) -> ast.Expression:
         """Operators of that level and above: `operand { operator operand }`."""
         start = self.token
-        left = self.prefix()
+        left = self.prefix(level)
         while (binary := _LEVELS.get(self.token.kind, -1)) >= level:
             operands = [left]
             operators: list[ast.Operator] = []
@@ -67,11 +67,13 @@ class ExpressionParser(TokenReader, ABC):
         )
         raise SyntaxFault
 
-    def prefix(self) -> ast.Expression:
-        """`("-" | "not") operand`, or a chain."""
+    def prefix(self, level: int = 0) -> ast.Expression:
+        """`("-" | "not") operand`, or a chain; `level` is that of the operand which it begins."""
         token = self.token
         if token.kind not in ("-", "not"):
             return self.suffixes()
+        if token.kind == "not" and level > _NOT:
+            self.expected("an operand", "`not` binds more weakly: write `(not …)`")
         self.deeper(token)
         self.advance()
         operand = self.expression(_NOT if token.kind == "not" else _PREFIX)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Callable
 from functools import partial
 from itertools import accumulate
@@ -20,8 +21,7 @@ from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.tokens import KEYWORDS, RESERVED, Token, TokenValue
 
-_TOKEN = re.compile(
-    r"""
+_TOKEN = r"""
     (?P<space>[^\S\r\n]+|//[^\r\n]*|/\*[\s\S]*?\*/)
   | (?P<newline>\r\n?|\n)
   | (?P<name>[^\W\d]\w*)
@@ -32,9 +32,8 @@ _TOKEN = re.compile(
   | (?P<color>\#\w*)
   | (?P<open_comment>/\*[\s\S]*)
   | (?P<other>[^\s\w"#()\[\]{}.,:=+\-*/%<>]+|[\s\S])
-    """,
-    re.VERBOSE,
-)
+    """
+_ASCII = re.compile(_TOKEN, re.VERBOSE)
 _ESCAPE = re.compile(r"\\(?:u\{([0-9a-fA-F]{1,6})\}|(.))")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 _CLOSES = {")": "(", "]": "[", "}": "{"}
@@ -50,13 +49,38 @@ _MENDS = {
     "'": 'strings are written in double quotes: "…"',
     "`": 'strings are written in double quotes: "…"',
     "?": "write `if condition { a } else { b }`",
-    "@": None,
+    "²": "write `pow(a, 2)`",
+    "³": "write `pow(a, 3)`",
+    "×": "write `a * b`",
+    "·": "write `a * b`",
+    "÷": "write `a / b`",
+    "−": "write the sign as `-`",
+    "–": "write the sign as `-`",
+    "≤": "write `<=`",
+    "≥": "write `>=`",
+    "≠": "write `!=`",
+    "°": "write `deg`, as in `40deg`",
+    "“": 'strings are written in straight quotes: "…"',
+    "”": 'strings are written in straight quotes: "…"',
+    "…": "write `a..b`",
+    "$": "a name begins with a letter",
+    "@": "a name begins with a letter",
 }
 
 
 def tokenize(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
     """The words of a source, the last one of kind "end", and the faults in them."""
     return _Lexer(source, limits).run()
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    r"""The words of a text; its names go on with all of XID_Continue, of which `\w` lacks marks."""
+    marks = "" if text.isascii() else "".join(filter(_continues, set(text)))
+    return re.compile(_TOKEN.replace(r"\w*", rf"[\w{marks}]*"), re.VERBOSE) if marks else _ASCII
+
+
+def _continues(character: str) -> bool:
+    return not re.match(r"\w", character) and f"a{character}".isidentifier()
 
 
 def srgb_to_linear(encoded: float) -> float:
@@ -103,7 +127,7 @@ class _Lexer:
             "open_comment": self._open_comment,
             "other": self._other,
         }
-        for match in _TOKEN.finditer(self.source.text):
+        for match in _pattern(self.source.text).finditer(self.source.text):
             if match.lastgroup != "space":
                 handlers[match.lastgroup](match)
         self.add("end", len(self.source.text), len(self.source.text))
@@ -146,9 +170,12 @@ class _Lexer:
         elif word in RESERVED:
             self.add("reserved", *match.span(), word)
         elif word.isidentifier():
-            self.add("name", *match.span(), word)
+            value = word if word.isascii() else unicodedata.normalize("NFC", word)
+            self.add("name", *match.span(), value)
         else:
-            self._other(match)
+            valid = next(n for n in range(len(word)) if not word[: n + 1].isidentifier())
+            self._unexpected(match.start() + valid, match.start() + valid + 1)
+            self.add("fault", match.start(), match.end())
 
     def _number(self, match: re.Match[str]) -> None:
         digits, unit = match.group("digits", "unit")
@@ -260,15 +287,15 @@ class _Lexer:
         self.add("fault", match.start(), match.end())
 
     def _other(self, match: re.Match[str]) -> None:
-        shown = match[0] if len(match[0]) <= 8 else match[0][:8] + "…"
-        named = f"`{shown}`" if shown.isprintable() else f"U+{ord(shown[0]):04X}"
-        self.fault(
-            "syntax-unexpected-character",
-            f"unexpected character {named}",
-            *match.span(),
-            help=_MENDS.get(match[0]),
-        )
+        self._unexpected(*match.span())
         self.add("fault", match.start(), match.end())
+
+    def _unexpected(self, start: int, end: int) -> None:
+        words = self.source.text[start:end]
+        shown = words if len(words) <= 8 else words[:8] + "…"
+        named = f"`{shown}`" if shown.isprintable() else f"U+{ord(shown[0]):04X}"
+        message = f"unexpected character {named}"
+        self.fault("syntax-unexpected-character", message, start, end, help=_MENDS.get(words))
 
 
 def _utf8_length(character: str) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
+from dsl.angles import UNITS
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
@@ -105,6 +106,8 @@ class TokenReader:
         if self.token.kind == "fault":
             self.tainted = True
         place = self.token
+        if place.value in UNITS and self.tokens[self.position - 1].kind == "number":
+            help = f"write the unit directly after the number, as in `40{place.value}`"
         if place.kind == "newline":
             place = Token("newline", place.start, place.start)
         self.report(
