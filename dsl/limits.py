@@ -47,6 +47,20 @@ def largest_bevel(kind: ShapeKind, parameters: Sequence[float]) -> float:
     return min(condition.largest for condition in _conditions(kind, p))
 
 
+_ROUNDING = 1.0 + 2.0**-50
+"""A bevel that is beyond its limit by rounding alone means the limit: `0.3 - 0.1` is below 0.2."""
+
+
+def within_rounding(kind: ShapeKind, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    """The parameters, a bevel that is beyond its limit by rounding alone put to the limit."""
+    broken = broken_limit(kind, parameters)
+    if broken is not None and broken.code == "value-bevel":
+        limit = largest_bevel(kind, parameters)
+        if limit < parameters[-1] <= limit * _ROUNDING:
+            return (*parameters[:-1], limit)
+    return parameters
+
+
 @dataclass(frozen=True, slots=True)
 class _Condition:
     """`left` (in terms of the bevel b) is at most `right`; so b is at most `largest`."""

@@ -5,23 +5,17 @@ from __future__ import annotations
 from dsl.calls import Site
 from dsl.files import FileFault
 from dsl.kinds import ANGLES, INTERVAL, NUMBER, STRING, VECTOR2, VECTOR3
-from dsl.limits import broken_limit, largest_bevel
+from dsl.limits import broken_limit, within_rounding
 from dsl.scene import File, Origin, Shape, ShapeKind, Vector
 from dsl.values import Builtin, Parameter, Signature, format_number
 
 _Pair = tuple[float, float]
 
-_ROUNDING = 1.0 + 2.0**-50
-"""A bevel that is beyond its limit by rounding alone means the limit: `0.3 - 0.1` is below 0.2."""
-
 
 def _shape(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
     """The shape, if its parameters satisfy its inequalities."""
+    parameters = within_rounding(kind, parameters)
     broken = broken_limit(kind, parameters)
-    if broken is not None and broken.code == "value-bevel":
-        limit = largest_bevel(kind, parameters)
-        if parameters[-1] <= limit * _ROUNDING:
-            parameters, broken = (*parameters[:-1], limit), None
     if broken is not None:
         arguments = (
             word for name in broken.parameters for word in (name, *_ARGUMENTS.get(name, ()))

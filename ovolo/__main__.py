@@ -19,6 +19,7 @@ COMMANDS = {
     "check": "say what is wrong with scenes",
     "fmt": "put scene programs into canonical form",
     "compile": "turn a scene into its flat IR",
+    "export": "turn a scene into a USD stage",
     "inspect": "say what a scene consists of",
     "explain": "say what a diagnostic means, with examples",
     "conformance": "judge an implementation by the language reference",

@@ -113,6 +113,17 @@ class Scene:
             progress=progress,
         )
 
+    def export(self, path: str | PathLike[str], *, tolerance: float | None = 1e-3) -> None:
+        """Write the scene as a USD stage (.usd, .usda, .usdc, .usdz), which compiles to the same.
+
+        `tolerance` is how far the mesh of a solid that USD does not know may be from the solid,
+        in parts of its diameter; None writes no meshes, and other programs do not see those
+        solids (see `docs/usd.md`). Raises OSError where the file cannot be written.
+        """
+        from compiler.usd_export import ExportOptions, export_stage
+
+        export_stage(self._compilation, Path(path), ExportOptions(tolerance=tolerance))
+
     def __repr__(self) -> str:
         ir = self.ir
         return (

@@ -35,10 +35,14 @@ def read_camera(prim: Any, clock: Clock, report: Report, origin: Origin) -> Came
     value = clock.value(prim.GetAttribute("clippingRange"))
     if value is not None:
         near, far = (float(x) for x in value)
+    exact = clock.value(prim.GetAttribute("ovolo:clippingRange"))
+    if exact is not None:
+        near, far = (float(x) for x in exact)
+    free = bool(clock.value(prim.GetAttribute("ovolo:freeAspect")))
     return Camera(
         projection="orthographic" if orthographic else "perspective",
         height=height * _TENTH if orthographic else height / focal,
-        aspect=width / height,
+        aspect=None if free else width / height,
         shift=(
             number("horizontalApertureOffset", 0.0) / width,
             number("verticalApertureOffset", 0.0) / height,

@@ -13,6 +13,8 @@ from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
+from compiler.usd.schema import KINDS
+from compiler.usd.solids import checked, read_bevel, read_solid
 from compiler.usd.xform import rotation
 from dsl.scene import Shape, ShapeKind, Step, StepKind
 
@@ -45,16 +47,27 @@ class Gprims:
         }
 
     def __contains__(self, type_name: str) -> bool:
-        return type_name in self._readers
+        return type_name in self._readers or type_name in KINDS
 
     def read(self, type_name: str, prim: Any) -> Placed | None:
         """The shape of a prim, or None (reported) for one that has no extent."""
+        if type_name in KINDS:
+            solid = read_solid(prim, type_name, self._clock, self._report)
+            return None if solid is None else (self._shape(*solid), ())
         placed: Placed | None = self._readers[type_name](prim)
         return placed
 
-    def _shape(self, kind: ShapeKind, *parameters: float) -> Shape:
+    def _shape(self, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
         key = (kind, parameters)
         return self._shapes.setdefault(key, Shape(kind, parameters))
+
+    def _bevelled(self, prim: Any, kind: ShapeKind, *parameters: float) -> Shape | None:
+        """A solid with the bevel that the prim's applied schema gives it."""
+        bevel = read_bevel(prim, self._clock)
+        if bevel == 0.0:
+            return self._shape(kind, (*parameters, 0.0))
+        solid = checked(kind, (*parameters, bevel), prim, self._report)
+        return None if solid is None else self._shape(*solid)
 
     def _size(self, prim: Any, name: str, fallback: float) -> float:
         """A length; its sign says nothing about a symmetric solid."""
@@ -77,7 +90,8 @@ class Gprims:
         if half == 0.0:
             self._empty(prim, "size")
             return None
-        return self._shape(ShapeKind.BOX, -half, -half, -half, half, half, half, 0.0), ()
+        shape = self._bevelled(prim, ShapeKind.BOX, -half, -half, -half, half, half, half)
+        return None if shape is None else (shape, ())
 
     def _sphere(self, prim: Any) -> Placed | None:
         radius = self._size(prim, "radius", 1.0)
@@ -87,28 +101,32 @@ class Gprims:
         return self._ball(radius)
 
     def _ball(self, radius: float) -> Placed:
-        return self._shape(ShapeKind.SPHERE, radius), ()
+        return self._shape(ShapeKind.SPHERE, (radius,)), ()
 
     def _cylinder(self, prim: Any) -> Placed | None:
         radius, height = self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0)
-        return self._tube(prim, radius, height, 0.0)
+        return self._tube(prim, radius, height)
 
-    def _tube(self, prim: Any, radius: float, height: float, bevel: float) -> Placed | None:
+    def _tube(self, prim: Any, radius: float, height: float, cap: float = 0.0) -> Placed | None:
+        """A cylinder, with caps that are balls of the radius `cap` (0 or that of the tube)."""
         if radius == 0.0:
             self._empty(prim, "radius")
             return None
-        half = height / 2.0 + bevel
+        half = height / 2.0 + cap
         if half == 0.0:
             self._empty(prim, "height")
             return None
-        shape = self._shape(ShapeKind.CYLINDER, radius, -half, half, bevel)
-        return shape, _FROM_Y[self._axis(prim)]
+        if cap > 0.0:
+            shape: Shape | None = self._shape(ShapeKind.CYLINDER, (radius, -half, half, cap))
+        else:
+            shape = self._bevelled(prim, ShapeKind.CYLINDER, radius, -half, half)
+        return None if shape is None else (shape, _FROM_Y[self._axis(prim)])
 
     def _cylinder_1(self, prim: Any) -> Placed | None:
         top, bottom = self._size(prim, "radiusTop", 1.0), self._size(prim, "radiusBottom", 1.0)
         height = self._size(prim, "height", 2.0)
         if top == bottom:
-            return self._tube(prim, top, height, 0.0)
+            return self._tube(prim, top, height)
         if bottom == 0.0:
             flip = (Step(StepKind.ROTATE, np.array([1.0, 0.0, 0.0, 180.0])),)
             return self._spike(prim, top, height, flip)
@@ -132,8 +150,8 @@ class Gprims:
             self._empty(prim, "height")
             return None
         centred = Step(StepKind.TRANSLATE, np.array([0.0, -height / 2.0, 0.0]))
-        shape = self._shape(ShapeKind.CONE, radius, height, 0.0)
-        return shape, (centred, *turned, *_FROM_Y[self._axis(prim)])
+        shape = self._bevelled(prim, ShapeKind.CONE, radius, height)
+        return None if shape is None else (shape, (centred, *turned, *_FROM_Y[self._axis(prim)]))
 
     def _capsule(self, prim: Any) -> Placed | None:
         radius, height = self._size(prim, "radius", 0.5), self._size(prim, "height", 1.0)
@@ -165,7 +183,7 @@ class Gprims:
         axis = self._axis(prim)
         # The rectangle's x comes from y for a plane that faces X: there the length runs along y.
         sizes = (length, width) if axis == "X" else (width, length)
-        return self._shape(ShapeKind.RECTANGLE, *sizes), _FROM_Y[axis]
+        return self._shape(ShapeKind.RECTANGLE, sizes), _FROM_Y[axis]
 
 
 def is_unsupported(prim: Any) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
+from compiler.usd.exact import exact_transforms
 from compiler.usd.report import Report
 from compiler.usd.sheets import pressed
 from compiler.usd.xform import unit_quaternions
@@ -30,7 +31,8 @@ class Points:
     """The arrays of an instancer that can be used.
 
     `prototypes` `(n,)`, `positions` `(n, 3)`, `scales` `(n, 3)` or None, `orientations` `(n, 4)`
-    imaginary part first or None, `usable` `(n,)`: neither masked nor faulty.
+    imaginary part first or None, `usable` `(n,)`: neither masked nor faulty; `exact` `(n, 12)`
+    are the matrices of all instances in double precision, instead of the rest.
     """
 
     prototypes: IntArray
@@ -38,9 +40,12 @@ class Points:
     scales: FloatArray | None
     orientations: FloatArray | None
     usable: NDArray[np.bool_]
+    exact: FloatArray | None
 
     def steps(self, chosen: IntArray) -> tuple[Step, ...]:
         """Scale, orientation and position of the chosen instances."""
+        if self.exact is not None:
+            return (Step(StepKind.MATRIX, self.exact[chosen]),)
         steps = []
         if self.scales is not None:
             steps.append(Step(StepKind.SCALE, self.scales[chosen]))
@@ -53,7 +58,7 @@ class Points:
     @property
     def flat(self) -> NDArray[np.bool_]:
         """Which instances a scale presses flat `(n,)`."""
-        if self.scales is None:
+        if self.scales is None or self.exact is not None:
             return np.zeros(len(self.usable), bool)
         return np.asarray(np.count_nonzero(self.scales, axis=1) == 2)
 
@@ -134,6 +139,9 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
         arrays.get("scales"),
         arrays.get("orientations"),
         usable,
+        exact_transforms(instancer.GetPrim(), positions, clock, report)
+        if len(positions) == count
+        else None,
     )
 
 

@@ -19,6 +19,8 @@ from compiler.usd.lights import read_light
 from compiler.usd.options import StageOptions
 from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
+from compiler.usd.schema import register
+from compiler.usd.settings import first_camera, read_settings, render_settings
 from compiler.usd.traverse import Inherited, Traversal
 from compiler.usd.xform import world_matrix, world_steps
 from dsl.diagnostics import Diagnostic
@@ -60,6 +62,7 @@ def _checked(
 
 def _open(path: str, options: StageOptions, report: Report) -> Any | None:
     """Open the stage, unless reading it could go wrong for good."""
+    register()
     load = Usd.Stage.LoadAll if options.payloads else Usd.Stage.LoadNone
     try:
         stage = Usd.Stage.Open(path, load)
@@ -100,13 +103,17 @@ def _import(
     if chain and items:
         items = [Instances(Group(tuple(items)), Transform(chain))]
     items += frame.hoisted
-    for path in frame.placed:
+    settings = render_settings(stage, report) if options.surroundings else None
+    first = first_camera(settings) if settings else None
+    for path in sorted(frame.placed, key=lambda path: path != first):
         items += _placed(stage.GetPrimAtPath(path), traversal, name)
     up = UsdGeom.GetStageUpAxis(stage)
     if up not in ("Y", "Z"):
         report.add("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
     if up == "Z" and options.surroundings:
         items.append(Settings(up="z"))
+    if settings:
+        items.append(read_settings(settings, traversal.clock, report))
     return items
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from compiler.usd.clock import Clock
+from compiler.usd.exact import exact_points
 from compiler.usd.options import StageOptions
 from compiler.usd.polygons import triangulate, usable_faces
 from compiler.usd.refinement import SCHEMES, refined
@@ -71,6 +72,7 @@ def read_mesh(
     if points is None or counts is None or indices is None or not len(counts):
         report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
         return None
+    points = exact_points(prim, points, clock, report)
     if is_skinned(prim):
         points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)

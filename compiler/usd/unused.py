@@ -14,6 +14,7 @@ from pxr import UsdGeom, UsdLux
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
+from compiler.usd.schema import BEVEL, EXACT_POINTS, EXACT_TRANSFORMS, SOLIDS, type_name
 
 _LIGHT = {
     "inputs:color",
@@ -42,6 +43,8 @@ _READ: dict[str, set[str]] = {
     "Camera": {
         "clippingPlanes",
         "clippingRange",
+        "ovolo:clippingRange",
+        "ovolo:freeAspect",
         "fStop",
         "focalLength",
         "focusDistance",
@@ -53,13 +56,23 @@ _READ: dict[str, set[str]] = {
     },
     "Capsule": {"axis", "height", "radius"},
     "Capsule_1": {"axis", "height", "radiusBottom", "radiusTop"},
-    "Cone": {"axis", "height", "radius"},
-    "Cube": {"size"},
-    "Cylinder": {"axis", "height", "radius"},
+    "Cone": {"axis", "height", "radius", BEVEL},
+    "Cube": {"size", BEVEL},
+    "Cylinder": {"axis", "height", "radius", BEVEL},
     "Cylinder_1": {"axis", "height", "radiusBottom", "radiusTop"},
     "Plane": {"axis", "length", "width"},
+    "RenderSettings": {
+        "camera",
+        "ovolo:exposure",
+        "ovolo:integrator",
+        "ovolo:occlusionDistance",
+        "ovolo:precision",
+        "ovolo:samples",
+        "resolution",
+    },
     "Sphere": {"radius"},
     "Mesh": {
+        EXACT_POINTS,
         "cornerIndices",
         "cornerSharpnesses",
         "creaseIndices",
@@ -75,6 +88,7 @@ _READ: dict[str, set[str]] = {
         "triangleSubdivisionRule",
     },
     "PointInstancer": {
+        EXACT_TRANSFORMS,
         "ids",
         "invisibleIds",
         "orientations",
@@ -88,6 +102,17 @@ _READ: dict[str, set[str]] = {
     "SphereLight": {*_LIGHT, "inputs:radius", "treatAsPoint"},
     "DomeLight": {*_LIGHT, "guideRadius", "inputs:texture:file"},
     "DomeLight_1": {*_LIGHT, "guideRadius", "inputs:texture:file"},
+    **{
+        # The points and faces are for those who do not know the solid.
+        type_name(kind): {
+            "faceVertexCounts",
+            "faceVertexIndices",
+            "points",
+            "subdivisionScheme",
+            *(parameter.name for parameter in parameters),
+        }
+        for kind, parameters in SOLIDS.items()
+    },
 }
 """Types that are understood, and what is read of each, or reported by its reader."""
 
