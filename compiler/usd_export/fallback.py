@@ -74,15 +74,10 @@ class _Cut:
 
 
 def _diameter(p: dict[str, float]) -> float:
-    """About the extent of a solid."""
-    return (
-        max(
-            *(abs(value) for name, value in p.items() if name not in ("phi0", "phi1", "bevel")),
-            1e-300,
-        )
-        if p
-        else 1.0
-    )
+    """The largest extent of a solid that has arcs."""
+    radius = p.get("radius", p.get("r1", p.get("major", 0.0) + p.get("minor", 0.0)))
+    sides = [p[f"{axis}1"] - p[f"{axis}0"] for axis in "xyz" if f"{axis}1" in p]
+    return max(2.0 * radius, p.get("height", 0.0), *sides, 0.0)
 
 
 def _round(degrees: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from compiler.ir import SceneIR
 from compiler.provenance import object_path
 from compiler.usd_export import ExportError, ExportOptions, export_stage
 from compiler.usd_export.fallback import Polygons, polygons
-from dsl.scene import SceneGraph, Shape, ShapeKind
+from dsl.scene import SHAPE_PARAMETERS, SceneGraph, Shape, ShapeKind
 from runtime.tracer import Tracer
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.[ou][vs]*"))
@@ -204,7 +204,10 @@ def test_fallback_meshes_lie_on_their_solid(kind: ShapeKind, seed: int) -> None:
 
 def assert_within(shape: Shape, mesh: Polygons, tolerance: float) -> None:
     """From just outside each face, the solid is met just as far behind it as it may be."""
-    size = float(np.ptp(mesh.points, axis=0).max())
+    sharp = shape.parameters
+    if "bevel" in SHAPE_PARAMETERS[shape.kind]:
+        sharp = (*sharp[:-1], 0.0)
+    size = float(np.ptp(polygons(shape.kind, sharp, 0.1).points, axis=0).max())
     starts = np.concatenate([[0], np.cumsum(mesh.counts)[:-1]])
     a, b, c = (mesh.points[mesh.corners[starts + k]] for k in range(3))
     normals = np.cross(b - a, c - a)
