@@ -80,12 +80,16 @@ def object_path(ir: SceneIR, leaf: int) -> str:
     From the root: `dome[3]/course/block[7]`; then the point instancers, innermost first:
     `/Forest/Tree/leaf@/World/Trees[12]`.
     """
-    path, points = "", ""
+    path, points, stage = "", "", None
     for segment in _segments(ir, leaf):
         origin = ir.origins[segment.origin]
         label = ir.text(int(origin["label"]))
         if not label:
             continue
+        if label.startswith("/") and stage is None:
+            stage = path
+        if label.startswith("//"):
+            path, label = stage or "", label[1:]
         words = label if segment.index < 0 else f"{label}[{segment.index}]"
         if origin["point"]:
             # The instancer's own path is relative to the native instances around it.

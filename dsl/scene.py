@@ -32,7 +32,8 @@ class Origin:
     """What made a node, and its segment of the object path.
 
     Paths read from the root: segments are joined by "/" unless the next one begins with "/"
-    (USD prim paths do, and are relative to the enclosing native instance). A `point` origin (a
+    (USD prim paths do, and are relative to the enclosing native instance; with "//" they are
+    relative to the stage, for prototypes that are not within it). A `point` origin (a
     point instancer) comes last instead: `inner@label[index]`, innermost first.
     `index` is the number of the edge among its siblings (a loop's iteration); for a batch of
     `Instances` the batch supplies the index of each edge itself. An empty `label` adds nothing to

@@ -36,11 +36,17 @@ class Binding:
 class Base:
     """The root of the innermost native instance around a prim, or the stage's.
 
-    `binding` is that root's own: what is below inherits it.
+    `binding` is that root's own: what is below inherits it. `outside` says that a native instance
+    shows prims that are not below it: prototypes of a point instancer in it.
     """
 
     path: Sdf.Path = Sdf.Path.absoluteRootPath
     binding: Binding | None = None
+    outside: bool = False
+
+    def of_prototype(self, path: Sdf.Path) -> Base:
+        """The base of a point instancer's prototype, where the instancer has this one."""
+        return self if path.HasPrefix(self.path) else Base(outside=True)
 
     def owns(self, path: Sdf.Path) -> bool:
         """Whether a path is strictly below; everything is below the stage's root."""
@@ -57,6 +63,8 @@ class Base:
     def label(self, path: Sdf.Path) -> str:
         """A path relative to the base."""
         text = str(path)
+        if self.outside:
+            return f"/{text}"
         return text if self.path.IsAbsoluteRootPath() else text[len(str(self.path)) :]
 
 

@@ -1,4 +1,4 @@
-"""Geometric primitives as analytic shapes.
+"""Geometric primitives as analytic shapes; those of two radii as meshes.
 
 USD centres its cylinders, cones and capsules on the origin and lets them name their axis (Z by
 default); ours stand on the y axis. The steps given with a shape bring it there.
@@ -6,6 +6,7 @@ default); ours stand on the y axis. The steps given with a shape bring it there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.schema import KINDS
 from compiler.usd.solids import checked, read_bevel, read_solid
+from compiler.usd.tapered import capsule, frustum
 from compiler.usd.xform import rotation
-from dsl.scene import Shape, ShapeKind, Step, StepKind
+from dsl.scene import Mesh, Shape, ShapeKind, Step, StepKind
 
 _FROM_Y: dict[str, tuple[Step, ...]] = {
     "X": (rotation("Z", -90.0),),
@@ -25,7 +27,7 @@ _FROM_Y: dict[str, tuple[Step, ...]] = {
 }
 """Turns +y into the axis, and never mirrors."""
 
-Placed = tuple[Shape, tuple[Step, ...]]
+Placed = tuple[Shape | Mesh, tuple[Step, ...]]
 
 
 class Gprims:
@@ -35,6 +37,7 @@ class Gprims:
         self._clock = clock
         self._report = report
         self._shapes: dict[tuple[ShapeKind, tuple[float, ...]], Shape] = {}
+        self._tapered: dict[tuple[Callable[..., Mesh], tuple[float, ...]], Mesh] = {}
         self._readers = {
             "Cube": self._cube,
             "Sphere": self._sphere,
@@ -132,10 +135,10 @@ class Gprims:
             return self._spike(prim, top, height, flip)
         if top == 0.0:
             return self._spike(prim, bottom, height)
-        self._report.add(
-            "usd-unsupported", "`Cylinder_1` prims with two radii are not drawn", prim.GetPath()
-        )
-        return None
+        if height == 0.0:
+            self._empty(prim, "height")
+            return None
+        return self._mesh(prim, frustum, bottom, top, height)
 
     def _cone(self, prim: Any) -> Placed | None:
         return self._spike(prim, self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0))
@@ -167,10 +170,13 @@ class Gprims:
         top, bottom = self._size(prim, "radiusTop", 0.5), self._size(prim, "radiusBottom", 0.5)
         if top == bottom:
             return self._round_tube(prim, top, self._size(prim, "height", 1.0))
-        self._report.add(
-            "usd-unsupported", "`Capsule_1` prims with two radii are not drawn", prim.GetPath()
-        )
-        return None
+        return self._mesh(prim, capsule, bottom, top, self._size(prim, "height", 1.0))
+
+    def _mesh(self, prim: Any, make: Callable[..., Mesh], *sizes: float) -> Placed:
+        """Place a solid of two radii."""
+        if (make, sizes) not in self._tapered:
+            self._tapered[make, sizes] = make(*sizes)
+        return self._tapered[make, sizes], _FROM_Y[self._axis(prim)]
 
     def _plane(self, prim: Any) -> Placed | None:
         width, length = self._size(prim, "width", 2.0), self._size(prim, "length", 2.0)

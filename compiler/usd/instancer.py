@@ -18,7 +18,7 @@ from pxr import UsdGeom
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_transforms
 from compiler.usd.report import Report
-from compiler.usd.sheets import pressed
+from compiler.usd.sheets import is_flat, pressed
 from compiler.usd.xform import unit_quaternions
 from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Origin, Step, StepKind, Transform
 
@@ -60,7 +60,8 @@ class Points:
         """Which instances a scale presses flat `(n,)`."""
         if self.scales is None or self.exact is not None:
             return np.zeros(len(self.usable), bool)
-        return np.asarray(np.count_nonzero(self.scales, axis=1) == 2)
+        stretch = np.sort(np.abs(self.scales), axis=1)
+        return is_flat(stretch) & ~is_flat(stretch[:, [1, 1, 2]])
 
     def batch(self, child: Node, chosen: IntArray, origin: Origin) -> Instances:
         """The chosen instances of a child."""
@@ -88,7 +89,7 @@ def point_batches(
             message = f"instances of the missing prototype <{path}> are left out"
             traversal.report.add("usd-instancer", message, prim.GetPath())
             continue
-        child, shared = traversal.prototype(root, inherited, frame.base)
+        child, shared = traversal.prototype(root, inherited, frame.base.of_prototype(path))
         frame.shared = frame.shared and shared
         if child is None:
             continue

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from compiler.transforms import compose
 from dsl.scene import (
@@ -38,14 +39,20 @@ FLAT = 1e-12
 
 
 def is_singular(steps: tuple[Step, ...]) -> bool:
-    """Whether a single chain has no inverse."""
-    return any(map(_is_suspect, steps)) and not np.isfinite(_inverse(steps)).all()
+    """Whether a single chain flattens what it places, wholly or nearly."""
+    if not any(map(_is_suspect, steps)):
+        return False
+    linear = _matrices(Transform(steps), 1)[0, :, :3]
+    if not np.isfinite(linear).all():
+        return False
+    stretch = np.linalg.svd(linear, compute_uv=False)
+    return bool(stretch[2] <= FLAT * stretch[0])
 
 
 def _is_suspect(step: Step) -> bool:
-    """Whether a step may have no inverse: a cheap question, with few wrong answers."""
+    """Whether a step may flatten: a cheap question, with few wrong answers."""
     if step.kind is StepKind.SCALE:
-        return not step.values.all()
+        return bool(is_flat(np.sort(np.abs(step.values))))
     if step.kind is not StepKind.MATRIX:
         return False
     linear = step.values.reshape(3, 4)[:, :3]
@@ -53,10 +60,9 @@ def _is_suspect(step: Step) -> bool:
     return not abs(np.linalg.det(linear)) > FLAT * bound
 
 
-def _inverse(steps: tuple[Step, ...]) -> FloatArray:
-    inverse = np.empty((1, 3, 4))
-    compose(steps).inverse.round_into(inverse)
-    return inverse
+def is_flat(stretch: FloatArray) -> NDArray[np.bool_]:
+    """Whether the smallest of three ascending scales `(..., 3)` is nothing beside the largest."""
+    return np.asarray(stretch[..., 0] <= FLAT * stretch[..., 2])
 
 
 def pressed(node: Node) -> Node | None:

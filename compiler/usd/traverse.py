@@ -157,7 +157,9 @@ class Traversal:
         frame, node, hoisted = entry
         for path in frame.placed:
             self.report.add(
-                "usd-instancer", "cameras and lights in point instances are left out", path
+                "usd-instancer",
+                "cameras and lights in point instances are left out",
+                path.removeprefix("/") if base.outside else path,
             )
         return _group([item for item in (node, hoisted) if item is not None]), frame.shared
 
