@@ -166,13 +166,13 @@ def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:
 
 
 def _form(name: str, signature: Signature) -> str:
-    words = [_shown(parameter) for parameter in signature.parameters]
+    words = [shown(parameter) for parameter in signature.parameters]
     if signature.rest is not None:
         words.append("…")
     return f"`{name}({', '.join(words)})`"
 
 
-def _shown(parameter: Parameter) -> str:
+def shown(parameter: Parameter) -> str:
     """The parameter as the reference writes it, `name: default`."""
     name, default = parameter.name, parameter.default
     if parameter.required:

@@ -37,13 +37,17 @@ _HANDLERS: dict[type, Handler] = {
 
 
 def evaluate(
-    module: ast.Module, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
+    module: ast.Module,
+    files: Files,
+    limits: Limits = DEFAULT_LIMITS,
+    time: float = 0.0,
+    scope: Scope | None = None,
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """The scene that a module denotes, or None with the faults that it has; never raises.
 
     `time`, a finite number, is what the program calls so. Relative file names start from the
     folder of the module's source name. Faults of parsing are not repeated, but a module with
-    `Missing` parts gives no scene.
+    `Missing` parts gives no scene. `scope` receives the values of the top-level names.
     """
     run = Run(files, limits, _HANDLERS)
     run.time = time
@@ -54,7 +58,7 @@ def evaluate(
         own = str(files.resolve(module.source.name))
     run.loaded[own] = None
     try:
-        root = run.drive(statements.module(run, module, Scope()))
+        root = run.drive(statements.module(run, module, scope or Scope()))
         if isinstance(root, Node) and not run.faulty:
             return SceneGraph(root, module.source.name, run.sources), run.diagnostics
         if root is not POISON and not isinstance(root, Node):

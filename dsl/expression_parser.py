@@ -287,7 +287,8 @@ class ExpressionParser(TokenReader, ABC):
             self.advance()
         if self.token.kind != "{":
             self.expected("`{` and the loop's body", "write `for i in 0..n { … }`")
-        return ast.For(self.span(start), tuple(variables), self.block())
+        body = self.block()
+        return ast.For(self.span(start), tuple(variables), body)
 
 
 def _as_float(token: Token) -> float:

@@ -23,6 +23,7 @@ COMMANDS = {
     "inspect": "say what a scene consists of",
     "explain": "say what a diagnostic means, with examples",
     "conformance": "judge an implementation by the language reference",
+    "lsp": "answer an editor, over the Language Server Protocol",
     "serve": "answer over HTTP",
     "version": "say which version this is",
 }

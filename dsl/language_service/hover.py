@@ -1,0 +1,38 @@
+"""What is shown of the word under the pointer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dsl import ast
+from dsl.language_service.describe import documentation, headline
+from dsl.language_service.occurrences import index
+from dsl.language_service.program import Program
+from dsl.language_service.project import Project
+from dsl.language_service.values import Values, shown_value
+from dsl.spans import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """Markdown about the word at a place."""
+
+    span: Span
+    markdown: str
+
+
+def hover(
+    project: Project, program: Program, offset: int, values: Values | None = None
+) -> Hover | None:
+    """The signature, value and documentation of what stands at an offset."""
+    found = index(project, program).at(offset)
+    if found is None:
+        return None
+    target = found.target
+    code = headline(target, found.home)
+    if values is not None and isinstance(target, ast.Let) and found.home is program:
+        value = shown_value(values.get(target))
+        if value is not None:
+            code += f"\n// = {value}"
+    parts = [f"```ovolo\n{code}\n```", documentation(target)]
+    return Hover(found.span, "\n\n".join(part for part in parts if part))

@@ -1,0 +1,1 @@
+"""The language server: `dsl.language_service` over the Language Server Protocol."""
