@@ -286,7 +286,7 @@ def test_a_session(scenes: Path) -> None:
         assert signature.signatures[0].label == "sphere(radius: 1) → an object"
         assert signature.active_parameter == 0
         [fault] = await editor.diagnostics(main, 6)
-        assert fault.code.startswith("syntax-")
+        assert str(fault.code).startswith("syntax-")
         # A program with faults of syntax stays as it is.
         assert (
             await editor.text_document_formatting_async(
