@@ -5,6 +5,7 @@ from __future__ import annotations
 from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
+from dsl.scene import Group
 from dsl.spans import Span
 from dsl.values import Angle, Value, type_name
 
@@ -70,6 +71,9 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"write `rgb{source_text(expression.span)}`"
         if not isinstance(expression, ast.VectorLiteral):
             help = "make it of components: `rgb(v.x, v.y, v.z)`"
+    elif isinstance(value, Group) and not value.items:
+        found = "the empty group"
+        help = "an `if` without `else` has no other value where its condition does not hold"
     elif found == "a function" and isinstance(expression, ast.Name):
         help = f"call it: `{expression.name}()`"
     return Fault(code, f"{subject} must be {due}, not {found}", expression.span, help=help)
