@@ -5,13 +5,25 @@ from __future__ import annotations
 from dsl import ast, batches, scene
 from dsl.calls import Given, Site, assign, call_builtin
 from dsl.diagnostics import Label
-from dsl.faults import Fault, Poisoned
+from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
 from dsl.run import Run, Steps, Task
 from dsl.spans import Span
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
-from dsl.values import POISON, Builtin, Closure, File, Objects, Scope, Value, type_name
+from dsl.values import (
+    POISON,
+    Angle,
+    Builtin,
+    Closure,
+    File,
+    List,
+    Objects,
+    Scope,
+    Value,
+    Vector,
+    type_name,
+)
 
 
 def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
@@ -110,8 +122,17 @@ def _call(
                 "type-not-callable",
                 f"{type_name(value)} cannot be called",
                 callee,
-                help="only functions can be called",
+                help=_instead_of_call(value),
             )
+
+
+def _instead_of_call(value: Value) -> str:
+    """Help for a call of what is no function."""
+    if isinstance(value, List | Vector):
+        return "an item is written `list[0]`"
+    if isinstance(value, float | Angle):
+        return "a product is written `a * b`"
+    return "only functions can be called"
 
 
 def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) -> Task:
@@ -121,7 +142,9 @@ def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) ->
     names = [parameter.name for parameter in definition.parameters]
 
     def form() -> str:
-        return f"it is called as `{definition.name}({', '.join(names)})`"
+        words = (p.name if p.default is None else f"{p.name}: {source_text(p.default.span)}"
+                 for p in definition.parameters)  # fmt: skip
+        return f"it is called as `{definition.name}({', '.join(words)})`"
 
     taken = assign(definition.name, names, given, span, form)
     for parameter in definition.parameters:

@@ -17,6 +17,7 @@ from dsl.suggest import did_you_mean
 from dsl.values import Binding
 
 _MOVE_UP = "a `let` is visible only after it: move it up"
+_EARLIER = "a default sees only the parameters before it"
 _NEST = "all ranges are evaluated before the loop: put a second `for` into its body"
 
 
@@ -116,6 +117,8 @@ class _Resolver:
 
     def function(self, function: ast.Function, parent: _Frame) -> None:
         frame = _Frame(parent)
+        for parameter in function.parameters:
+            frame.later.setdefault(parameter.name, (parameter.name_span, _EARLIER))
         for parameter in function.parameters:
             if parameter.default is not None:
                 self.expression(parameter.default, frame)

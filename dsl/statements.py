@@ -37,6 +37,7 @@ from dsl.values import (
     Objects,
     Scope,
     Value,
+    Vector,
     type_name,
 )
 
@@ -301,5 +302,8 @@ def _iterated(value: Value, node: ast.Expression) -> tuple[Sequence[Any], int]:
     fault = mismatch("what a loop runs over", "an interval of numbers or a list", value, node)
     if isinstance(value, float):
         help = f"write `0..{source_text(node.span)}` for 0, 1, 2 and so on"
+        fault.diagnostic = replace(fault.diagnostic, help=help)
+    elif isinstance(value, Vector):
+        help = "a list is written in square brackets: `[a, b, c]`"
         fault.diagnostic = replace(fault.diagnostic, help=help)
     raise fault
