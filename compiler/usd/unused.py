@@ -120,6 +120,8 @@ _OF_ALL = {
     "doubleSided",  # surfaces are hit from both sides
     "extent",
     "extentsHint",
+    "model:applyDrawMode",
+    "model:drawMode",
     "orientation",  # of a quadric, whose outside is outside
     "primvars:displayColor",
     "primvars:displayOpacity",
@@ -131,7 +133,6 @@ _OF_ALL = {
 _ELSEWHERE = (
     "inputs:shaping:",
     "material:binding",
-    "model:",
     "physics:",
     "primvars:skel:",
     "skel:",

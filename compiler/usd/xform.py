@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from pxr import Gf, UsdGeom
+from pxr import Gf, Tf, UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
@@ -65,7 +65,7 @@ def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ..
     if not xformable or not xformable.GetXformOpOrderAttr().HasAuthoredValue():
         return (), False
     steps: list[Step] = []
-    for op in reversed(xformable.GetOrderedXformOps()):
+    for op in reversed(_ordered_ops(xformable, report)):
         own = _op_steps(op, clock.value(op.GetAttr()), prim, report)
         steps += Transform(own).inverted().steps if op.IsInverseOp() else own
     return tuple(steps), bool(xformable.GetResetXformStack())
@@ -83,9 +83,20 @@ def world_matrix(prim: Any, clock: Clock) -> Any:
     """Stage from a prim's own space, as usd-core's Gf.Matrix4d (row vectors)."""
     matrix = Gf.Matrix4d(1.0)
     for each in _up(prim):
-        for op in reversed(UsdGeom.Xformable(each).GetOrderedXformOps()):
+        for op in reversed(_ordered_ops(UsdGeom.Xformable(each))):
             matrix *= op.GetOpTransform(clock.code(op.GetAttr()))
     return matrix
+
+
+def _ordered_ops(xformable: Any, report: Report | None = None) -> list[Any]:
+    """The operations in the order of `xformOpOrder`; none where that names no operations."""
+    try:
+        return list(xformable.GetOrderedXformOps())
+    except Tf.ErrorException:
+        if report is not None:
+            message = "an `xformOpOrder` with a name that cannot be is not used"
+            report.add("usd-transform", message, xformable.GetPath())
+        return []
 
 
 def _up(prim: Any) -> Iterator[Any]:
