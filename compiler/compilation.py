@@ -16,6 +16,7 @@ from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
+from dsl.parameters import Settings, unknown_settings
 from dsl.scene import File, Node, SceneGraph
 from dsl.spans import Source
 
@@ -45,14 +46,15 @@ class Compilation:
     def figures(self) -> dict[str, Any]:
         """What the scene consists of, as JSON values.
 
-        The fields of `compiler.inspect.Summary`, `pruned` with those of `Pruned`, and `hash`: that
-        of what the picture depends on.
+        The fields of `compiler.inspect.Summary`, `params` with those of `dsl.scene.Param`, `pruned`
+        with those of `Pruned`, and `hash`: that of what the picture depends on.
         """
         from compiler.inspect import summarize
         from compiler.ir_binary import content_hash
 
         return {
             **asdict(summarize(self.ir)),
+            "params": [asdict(param) for param in self.graph.params],
             "pruned": asdict(self.pruned),
             "hash": content_hash(self.ir),
         }
@@ -65,19 +67,21 @@ def compile_text(
     files: Files | None = None,
     time: Time = None,
     limits: Limits = DEFAULT_LIMITS,
+    params: Settings | None = None,
 ) -> Compilation:
     """Compile a scene program.
 
     `name` is what diagnostics print; the files that the program names are found relative to its
     folder, and read through `files`. `time` is the program's `time`, 0 unless it is a number, and
-    the time code of the stages among its files. Raises CompileError; ValueError for a time that is
+    the time code of the stages among its files; `params` are values for its parameters by name
+    (`dsl.parameters`). Raises CompileError; ValueError for a time that is
     not finite.
     """
     files = files or Files()
     seconds = float(time) if isinstance(time, int | float) else 0.0
     if not isfinite(seconds):
         raise ValueError(f"a scene has no time {seconds}")
-    graph, diagnostics = evaluate_source(Source(name, text), files, limits, seconds)
+    graph, diagnostics = evaluate_source(Source(name, text), files, limits, seconds, params)
     return _compile_graph(graph, diagnostics, files, time)
 
 
@@ -87,11 +91,13 @@ def compile_path(
     complexity: Complexity = "low",
     files: Files | None = None,
     limits: Limits = DEFAULT_LIMITS,
+    params: Settings | None = None,
 ) -> Compilation:
     """Compile a scene program or a USD stage, by the file's suffix.
 
     `time` is a stage's time code, its "earliest", or None for default values; `complexity`
-    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`). Where `files`
+    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`); `params` are
+    values for a program's parameters (a stage has none). Where `files`
     have a root, `path` lies in it and is named from there. Raises CompileError, also when the
     file cannot be read.
     """
@@ -100,10 +106,11 @@ def compile_path(
         name = files.name(path)
         if path.suffix.lower() not in STAGE_SUFFIXES:
             text = Files(files.root).read_text(name)
-            return compile_text(text, name, files, time, limits)
+            return compile_text(text, name, files, time, limits, params)
         files.resolve(name)
     except FileFault as fault:
         raise CompileError([fault.diagnostic(None)]) from None
+    _stop_at_errors(unknown_settings(None, params or {}))
     from compiler.usd import import_stage
 
     graph, diagnostics = import_stage(path, time=time, options=StageOptions(complexity=complexity))

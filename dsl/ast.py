@@ -238,6 +238,18 @@ class Use:
     doc: str = ""
 
 
+@node
+class Param:
+    """`param name = default` or `param name = default in allowed`, at the top of a file."""
+
+    span: Span
+    name: str
+    name_span: Span
+    default: Expression
+    allowed: Expression | None
+    doc: str = ""
+
+
 Expression = (
     Missing
     | Number
@@ -255,7 +267,7 @@ Expression = (
     | For
     | Block
 )
-Definition = Let | Function | Use
+Definition = Let | Function | Use | Param
 Statement = Definition | Expression
 
 

@@ -11,6 +11,7 @@ from dsl.diagnostics import Diagnostic
 from dsl.faults import Exhausted
 from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
+from dsl.parameters import Settings, unknown_settings
 from dsl.parser import parse
 from dsl.run import Handler, Run
 from dsl.scene import Node, SceneGraph
@@ -41,18 +42,22 @@ def evaluate(
     files: Files,
     limits: Limits = DEFAULT_LIMITS,
     time: float = 0.0,
+    settings: Settings | None = None,
     scope: Scope | None = None,
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """The scene that a module denotes, or None with the faults that it has; never raises.
 
-    `time`, a finite number, is what the program calls so. Relative file names start from the
+    `time`, a finite number, is what the program calls so; `settings` are values of its
+    parameters, see `dsl.parameters`. Relative file names start from the
     folder of the module's source name. Faults of parsing are not repeated, but a module with
     `Missing` parts gives no scene. `scope` receives the values of the top-level names.
     """
     run = Run(files, limits, _HANDLERS)
     run.time = time
+    run.source, run.settings = module.source, settings or {}
     if not module.complete:
         return None, []
+    run.report(*unknown_settings(module, run.settings)[: limits.diagnostics])
     own = ""  # for a program that is no file
     with suppress(FileFault):
         own = str(files.resolve(module.source.name))
@@ -60,7 +65,8 @@ def evaluate(
     try:
         root = run.drive(statements.module(run, module, scope or Scope()))
         if isinstance(root, Node) and not run.faulty:
-            return SceneGraph(root, module.source.name, run.sources), run.diagnostics
+            params = tuple(run.params)
+            return SceneGraph(root, module.source.name, run.sources, params), run.diagnostics
         if root is not POISON and not isinstance(root, Node):
             run.record(statements.no_scene_value(root, statements.only(module.body)))
     except Exhausted as exhausted:
@@ -70,12 +76,16 @@ def evaluate(
 
 
 def evaluate_source(
-    source: Source, files: Files, limits: Limits = DEFAULT_LIMITS, time: float = 0.0
+    source: Source,
+    files: Files,
+    limits: Limits = DEFAULT_LIMITS,
+    time: float = 0.0,
+    settings: Settings | None = None,
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
     with seldom_collecting():
         module, faults = parse(source, limits)
-        graph, more = evaluate(module, files, limits, time)
+        graph, more = evaluate(module, files, limits, time, settings)
     diagnostics = in_order([*faults, *more])
     if len(diagnostics) > limits.diagnostics:
         message = f"only the first {limits.diagnostics} faults are shown"

@@ -211,7 +211,7 @@ class ExpressionParser(TokenReader, ABC):
             Token(token.kind, token.start, token.start),
             help=_NEWLINE,
         )
-        if self.next_kind() not in ("let", "fn", "use", "for", "if", "}", "end"):
+        if self.next_kind() not in ("let", "fn", "use", "param", "for", "if", "}", "end"):
             self.advance()
             self.prefix()
         return ast.Missing(self.span(token))

@@ -38,7 +38,7 @@ _ESCAPE = re.compile(r"\\(?:u\{([0-9a-fA-F]{1,6})\}|(.))")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 _CLOSES = {")": "(", "]": "[", "}": "{"}
 _BRACKETS = frozenset("()[]{}")
-_STATEMENT_WORDS = frozenset(("let", "fn", "use"))
+_STATEMENT_WORDS = frozenset(("let", "fn", "use", "param"))
 
 _MENDS = {
     "^": "write `pow(a, b)`",

@@ -81,6 +81,8 @@ class _Parser(ExpressionParser):
                 return self.function()
             case "use":
                 return self.use()
+            case "param":
+                return self.param()
             case _:
                 return self.expression()
 
@@ -141,6 +143,31 @@ class _Parser(ExpressionParser):
         self.advance()
         name = self.binding_name("a name after `as`")
         return ast.Use(self.span(start), path, str(name.value), self.token_span(name), doc)
+
+    def param(self) -> ast.Statement:
+        doc = self.documentation()
+        start = self.advance()
+        if self.nesting:
+            self.report(
+                "syntax-param-place",
+                "a `param` stands at the top of a file, not in a block",
+                start,
+                help="move it out of the block, or write `let`",
+            )
+        name = self.binding_name("a name after `param`")
+        default: ast.Expression = ast.Missing(self.span(start))
+        allowed: ast.Expression | None = None
+        try:
+            self.expect("=", help="write `param name = default` or `param name = default in 0..1`")
+            default = self.expression()
+            if self.token.kind == "in":
+                self.advance()
+                allowed = self.expression()
+        except SyntaxFault:
+            self.recover()
+        return ast.Param(
+            self.span(start), str(name.value), self.token_span(name), default, allowed, doc
+        )
 
     def block(self) -> ast.Block:
         start = self.advance()

@@ -101,12 +101,17 @@ class _Resolver:
         for statement in block.statements:
             if isinstance(statement, ast.Function):
                 self.define(statement, statement.name, statement.name_span, frame)
-            elif isinstance(statement, ast.Let | ast.Use):
+            elif isinstance(statement, ast.Let | ast.Use | ast.Param):
                 frame.later.setdefault(statement.name, (statement.name_span, _MOVE_UP))
         for statement in block.statements:
             match statement:
                 case ast.Let():
                     self.expression(statement.value, frame)
+                    self.define(statement, statement.name, statement.name_span, frame)
+                case ast.Param():
+                    self.expression(statement.default, frame)
+                    if statement.allowed is not None:
+                        self.expression(statement.allowed, frame)
                     self.define(statement, statement.name, statement.name_span, frame)
                 case ast.Use():
                     self.define(statement, statement.name, statement.name_span, frame)

@@ -22,7 +22,8 @@ from dsl.diagnostics import Diagnostic, Label
 from dsl.faults import Exhausted, Fault, Poisoned
 from dsl.files import Files
 from dsl.lanes import Lanes, Sequential
-from dsl.spans import Span
+from dsl.parameters import Settings
+from dsl.spans import Source, Span
 from dsl.values import (
     Angle,
     Binding,
@@ -58,6 +59,9 @@ class Run:
     def __init__(self, files: Files, limits: Limits, handlers: dict[type, Handler]) -> None:
         self.files = files
         self.time = 0.0  # the value of `time`
+        self.source: Source | None = None  # of the program itself
+        self.settings: Settings = {}  # of its parameters
+        self.params: list[scene.Param] = []
         self.limits = limits
         self.handlers = handlers
         self.diagnostics: list[Diagnostic] = []

@@ -303,6 +303,27 @@ class Settings:
     origin: Origin | None = None
 
 
+Plain = float | bool | str | tuple[float, ...]
+"""A value that a parameter can be set to; angles are text with their unit."""
+
+
+@value
+class Param:
+    """A value of a program that may be set from outside.
+
+    `value` holds, `default` if it is not set; between `low` and `high` (both allowed), or one of
+    `choices`, where the program says so. `doc` is its documentation.
+    """
+
+    name: str
+    value: Plain
+    default: Plain
+    low: Plain | None = None
+    high: Plain | None = None
+    choices: tuple[Plain, ...] = ()
+    doc: str = ""
+
+
 Node = Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
 
 
@@ -311,8 +332,10 @@ class SceneGraph:
     """The root of a scene and where it came from.
 
     `sources` maps the names of the files that took part to their text (stages: to nothing).
+    `params` are those of the program itself, in order.
     """
 
     root: Node
     name: str = "scene"
     sources: dict[str, str] = field(default_factory=dict)
+    params: tuple[Param, ...] = ()

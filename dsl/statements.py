@@ -20,6 +20,7 @@ from dsl.builtins import BUILTINS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import FileFault
 from dsl.lanes import Sequential
+from dsl.parameters import settled
 from dsl.parser import parse
 from dsl.resolve import resolve
 from dsl.run import Run, Steps, Task
@@ -150,15 +151,32 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
                     value = yield statement.value, scope.inside()
                 case ast.Use():
                     value = yield from _use(run, statement)
+                case ast.Param():
+                    value = yield from _param(run, statement, scope)
                 case _:
                     value = yield from _emitted(run, statement, scope, grouped)
         except (Fault, Poisoned) as fault:
             run.record(fault)
-        if isinstance(statement, ast.Let | ast.Use):
+        if isinstance(statement, ast.Let | ast.Use | ast.Param):
             scope.values[run.definitions[statement]] = value
         elif not isinstance(statement, ast.Function):
             emitted.append(value)
     return emitted
+
+
+def _param(run: Run, statement: ast.Param, scope: Scope) -> Task:
+    """The value of a parameter; only those of the program itself can be set."""
+    default = yield statement.default, scope
+    allowed: Value | None = None
+    if statement.allowed is not None:
+        allowed = yield statement.allowed, scope
+    if default is POISON or allowed is POISON:
+        raise Poisoned
+    own = statement.span.source is run.source
+    value, told = settled(statement, default, allowed, run.settings if own else {})
+    if own:
+        run.params.append(told)
+    return value
 
 
 def _use(run: Run, statement: ast.Use) -> Task:

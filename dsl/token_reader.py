@@ -191,7 +191,7 @@ class TokenReader:
         kind = self.token.kind
         if kind != closer:
             label = Label(self.token_span(opener), f"this `{opener.kind}` is open")
-            if kind in ("newline", "end", "let", "fn", "use", "}"):
+            if kind in ("newline", "end", "let", "fn", "use", "param", "}"):
                 self.report(
                     "syntax-unclosed",
                     f"this `{opener.kind}` is never closed",

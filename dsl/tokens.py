@@ -5,9 +5,24 @@ from __future__ import annotations
 from typing import NamedTuple
 
 KEYWORDS = frozenset(
-    ("let", "fn", "for", "in", "if", "else", "use", "as", "and", "or", "not", "true", "false")
+    (
+        "let",
+        "fn",
+        "for",
+        "in",
+        "if",
+        "else",
+        "use",
+        "param",
+        "as",
+        "and",
+        "or",
+        "not",
+        "true",
+        "false",
+    )
 )
-RESERVED = frozenset(("param", "time"))
+RESERVED = frozenset(("time",))
 """Words that programs cannot define: `time` is a number that every scene has."""
 
 TokenValue = float | str | tuple[float, float, float] | None

@@ -12,7 +12,8 @@ from compiler.ir import SceneIR
 from compiler.usd.options import Complexity
 from dsl.diagnostics import Diagnostic
 from dsl.files import Files
-from dsl.scene import FloatArray, Integrator, Precision
+from dsl.parameters import Settings
+from dsl.scene import FloatArray, Integrator, Param, Precision
 from dsl.spans import Place
 
 if TYPE_CHECKING:
@@ -35,6 +36,11 @@ class Scene:
     def warnings(self) -> tuple[Diagnostic, ...]:
         """What is worth a word, though it is no fault; for stages, also what was dropped."""
         return self._compilation.warnings
+
+    @property
+    def params(self) -> tuple[Param, ...]:
+        """The parameters of a program, with their values and what they may be."""
+        return self._compilation.graph.params
 
     @property
     def bounds(self) -> FloatArray | None:
@@ -133,17 +139,22 @@ class Scene:
 
 
 def compile_file(
-    path: str | PathLike[str], time: Time = None, *, complexity: Complexity = "low"
+    path: str | PathLike[str],
+    time: Time = None,
+    *,
+    complexity: Complexity = "low",
+    params: Settings | None = None,
 ) -> Scene:
     """Compile a scene program (.ovo) or a USD stage (.usd, .usda, .usdc, .usdz).
 
     `time` is what the program calls `time`, or a time code of the stage, or "earliest"; None is 0
     for a program and default values for a stage. `complexity` says how a stage's subdivision meshes
-    are drawn: "low" is their cage, "limit" their limit surface (see `docs/usd.md`). Raises
-    CompileError, whose `diagnostics` tell what is wrong and where, also for files that cannot
-    be read.
+    are drawn: "low" is their cage, "limit" their limit surface (see `docs/usd.md`). `params` are
+    values for a program's parameters, by name: numbers, truth values, text, tuples for vectors and
+    colors, and for angles text with a unit ("30deg"). Raises CompileError, whose `diagnostics` tell
+    what is wrong and where, also for files that cannot be read.
     """
-    return Scene(compile_path(Path(path), time, complexity))
+    return Scene(compile_path(Path(path), time, complexity, params=params))
 
 
 def compile(
@@ -151,12 +162,13 @@ def compile(
     name: str = "scene.ovo",
     root: str | PathLike[str] | None = None,
     time: float | None = None,
+    params: Settings | None = None,
 ) -> Scene:
     """Compile the text of a scene program.
 
     `name` stands for the text in diagnostics. With a `root`, the files that the program names
-    must lie in that folder; without, they are found relative to `name`. `time`: see
-    `compile_file`. Raises CompileError.
+    must lie in that folder; without, they are found relative to `name`. `time` and
+    `params`: see `compile_file`. Raises CompileError.
     """
     files = Files(None if root is None else Path(root))
-    return Scene(compile_text(text, name, files, time))
+    return Scene(compile_text(text, name, files, time, params=params))

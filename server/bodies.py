@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -27,7 +28,8 @@ class Body:
     def parse(self, model: type[Model], text: bool = True) -> Model:
         """The model in the body: JSON or, with `text`, the scene program itself as plain text.
 
-        Beside plain text, the model's other fields are the query's parameters. Raises the
+        Beside plain text, the model's other fields are the query's parameters; `params.count=12` is
+        an entry of the field `params`. Raises the
         problem 415 for other media types, 422 for a body that does not fit the model.
         """
         if self.media_type == JSON:
@@ -37,13 +39,20 @@ class Body:
                 source = self.content.decode("utf-8-sig")
             except UnicodeDecodeError as error:
                 raise Problem(422, "invalid-body", f"the program is not UTF-8: {error}") from None
-            return validate(model, {**self.query, "source": source})
+            return validate(model, {**_nested(self.query), "source": source})
         raise Problem(
             415,
             "unsupported-media-type",
             f"the body is {self.media_type or 'of no stated type'}: add the header "
             f"`Content-Type: {TEXT if text else JSON}`, or what else /openapi.json names",
         )
+
+
+def _nested(query: dict[str, str]) -> dict[str, object]:
+    """The query with entries of `params` in one field."""
+    params = {name[7:]: value for name, value in query.items() if name.startswith("params.")}
+    fields = {name: value for name, value in query.items() if not name.startswith("params.")}
+    return {**fields, **({"params": params} if params else {})}
 
 
 async def read_body(request: Request) -> Body:
@@ -63,7 +72,7 @@ async def read_body(request: Request) -> Body:
     return Body(media_type, bytes(content), dict(request.query_params))
 
 
-def validate(model: type[Model], value: bytes | dict[str, object] | dict[str, str]) -> Model:
+def validate(model: type[Model], value: bytes | Mapping[str, object]) -> Model:
     """The model of a JSON text or of named values, or the problem 422 that names each fault."""
     try:
         if isinstance(value, bytes):

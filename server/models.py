@@ -24,6 +24,11 @@ class Program(BaseModel):
     time: float | None = Field(
         None, allow_inf_nan=False, description="The program's `time`, 0 if not said."
     )
+    params: dict[str, float | bool | str | list[float]] = Field(
+        {},
+        description="Values for the program's parameters; an angle is text with its unit, and so "
+        "may be any literal of the language. In a query: `params.count=12`.",
+    )
 
 
 class RenderRequest(Program):
@@ -113,6 +118,18 @@ class FormatAnswer(BaseModel):
     source: str
 
 
+class Param(BaseModel):
+    """A parameter of a program."""
+
+    name: str
+    value: float | bool | str | tuple[float, ...]
+    default: float | bool | str | tuple[float, ...]
+    low: float | str | None = Field(description="The least value; an angle is text with its unit.")
+    high: float | str | None = Field(description="The greatest.")
+    choices: list[float | bool | str | tuple[float, ...]] = Field(description="If not empty.")
+    doc: str = Field(description="The text of the `///` lines above it.")
+
+
 class CompileAnswer(BaseModel):
     """What a scene consists of."""
 
@@ -128,6 +145,7 @@ class CompileAnswer(BaseModel):
     bytes: int
     instance_bytes: float = Field(description="All memory but that of prototypes, per row.")
     bounds: tuple[Vector, Vector] | None = Field(description="World space; infinite shapes apart.")
+    params: list[Param]
     pruned: dict[str, int] = Field(description="What the scene has and its IR does without.")
     hash: str = Field(description="SHA-256 of what the picture depends on.")
 

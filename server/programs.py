@@ -25,4 +25,4 @@ class NoFiles(Files):
 def compile_program(program: Program, settings: Settings) -> Compilation:
     """Compile a program, confined to the folder for assets. Raises CompileError."""
     files = Files(settings.asset_root) if settings.asset_root is not None else NoFiles()
-    return compile_text(program.source, program.name, files, program.time)
+    return compile_text(program.source, program.name, files, program.time, params=program.params)

@@ -51,9 +51,10 @@ def run(example: Example, folder: Path) -> str:
     source = Source(example.file, example.source)
     if example.kind == "formatted":
         return format_source(source)[0] or ""
+    given = {n.removeprefix("set:"): words.pop(n) for n in example.words if n.startswith("set:")}
     files = Files(folder, int(words.pop("file_bytes", 1_000_000)))
     limits = Limits(**{word: int(value) for word, value in words.items()})
-    return outcome(*evaluate_source(source, files, limits, time), files, example.kind)
+    return outcome(*evaluate_source(source, files, limits, time, given), files, example.kind)
 
 
 def outcome(graph: SceneGraph | None, found: list[Diagnostic], files: Files, kind: str) -> str:

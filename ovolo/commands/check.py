@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from dsl.diagnostics import CompileError, Diagnostic
+from ovolo.commands.reading import add_reading, params
 from ovolo.exits import Exit
 from ovolo.terminal import report
 
@@ -13,6 +14,7 @@ from ovolo.terminal import report
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("scenes", nargs="+", type=Path, metavar="SCENE", help=".ovo or USD file")
+    add_reading(parser)
     parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
 
 
@@ -20,10 +22,13 @@ def run(arguments: argparse.Namespace) -> Exit:
     """Report every fault of every scene; faults of the scene weigh more than missing files."""
     from compiler.compilation import compile_path
 
+    settings = params(arguments)
     diagnostics: list[Diagnostic] = []
     for path in arguments.scenes:
         try:
-            diagnostics += compile_path(path).warnings
+            diagnostics += compile_path(
+                path, arguments.time, arguments.complexity, params=settings
+            ).warnings
         except CompileError as error:
             diagnostics += error.diagnostics
     return report(diagnostics, arguments.json)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ovolo.commands.reading import add_reading
+from ovolo.commands.reading import add_reading, params
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -31,7 +31,12 @@ def run(arguments: argparse.Namespace) -> Exit:
     """Compile, and write the stage."""
     import ovolo
 
-    scene = ovolo.compile_file(arguments.scene, arguments.time, complexity=arguments.complexity)
+    scene = ovolo.compile_file(
+        arguments.scene,
+        arguments.time,
+        complexity=arguments.complexity,
+        params=params(arguments),
+    )
     if not arguments.quiet and not arguments.json:
         print_diagnostics(scene.warnings)
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -67,6 +68,11 @@ def _lines(figures: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "materials", f"{figures['materials']:,}"
     yield "lights", _tally(figures["lights"])
     yield "cameras", f"{figures['cameras']:,}"
+    if figures["params"]:
+        yield (
+            "parameters",
+            ", ".join(f"{p['name']} = {_words(p['value'])}" for p in figures["params"]),
+        )
     yield "memory", f"{figures['bytes']:,} bytes; {figures['instance_bytes']:.1f} per instance"
     if figures["bounds"] is not None:
         lower, upper = (
@@ -80,3 +86,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _tally(counts: dict[str, int]) -> str:
     return ", ".join(f"{count:,} {name}" for name, count in counts.items() if count) or "none"
+
+
+def _words(value: object) -> str:
+    """A parameter's value."""
+    return value if isinstance(value, str) else json.dumps(value)

@@ -15,7 +15,15 @@ from ovolo.exits import Exit, StopError
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Declare `--time` and `--complexity`."""
+    """Declare `--set`, `--time` and `--complexity`."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a value for a `param` of a program, such as count=12 or tilt=30deg; may be given "
+        "several times",
+    )
     parser.add_argument(
         "--time",
         type=_time,
@@ -39,6 +47,17 @@ def _time(text: str) -> float | str:
     if not math.isfinite(value):
         raise ValueError
     return value
+
+
+def params(arguments: argparse.Namespace) -> dict[str, str]:
+    """What `--set` says."""
+    settings = {}
+    for text in arguments.set:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise StopError(Exit.USAGE, f"`--set {text}` sets nothing", "write `--set count=12`")
+        settings[name.strip()] = value.strip()
+    return settings
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +91,14 @@ def read_scene(arguments: argparse.Namespace) -> Compilation:
     except TypeError:
         known = ", ".join([*Limits.__dataclass_fields__, "file_bytes"])
         raise StopError(Exit.USAGE, "there is no such limit", f"limits are {known}") from None
-    return compile_path(arguments.scene, arguments.time, arguments.complexity, files, allowed)
+    return compile_path(
+        arguments.scene,
+        arguments.time,
+        arguments.complexity,
+        files,
+        allowed,
+        params(arguments),
+    )
 
 
 def _limit(text: str) -> tuple[str, int]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 
 from compiler.ir import INTEGRATORS, PRECISIONS
-from ovolo.commands.reading import add_reading
+from ovolo.commands.reading import add_reading, params
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -51,7 +51,12 @@ def run(arguments: argparse.Namespace) -> Exit:
         raise StopError(Exit.FILES, str(error)) from None
 
     start = perf_counter()
-    scene = ovolo.compile_file(arguments.scene, arguments.time, complexity=arguments.complexity)
+    scene = ovolo.compile_file(
+        arguments.scene,
+        arguments.time,
+        complexity=arguments.complexity,
+        params=params(arguments),
+    )
     compiled = perf_counter()
     if not arguments.quiet:
         print_diagnostics(scene.warnings)

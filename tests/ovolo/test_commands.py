@@ -97,6 +97,19 @@ def test_a_program_has_the_time_that_is_said(run: Run, folder: Path) -> None:
     assert "radius 1\n" in run("compile", "clock.ovo").out
 
 
+def test_a_program_has_the_parameters_that_are_set(run: Run, folder: Path) -> None:
+    (folder / "param.ovo").write_text("param r = 1 in 1..9\nsphere(radius: r)\n")
+    for command in ("compile", "inspect"):
+        assert run(command, "param.ovo", "--set", "r=2", "--json").json["params"][0]["value"] == 2
+    assert "r = 2.0" in run("inspect", "param.ovo", "--set", "r=2").out
+    for command in ("check", "compile", "inspect", "render"):
+        outcome = run(command, "param.ovo", "--set", "r=20")
+        assert outcome.code == Exit.FAULTS
+        assert "value-out-of-range" in outcome.err
+        assert run(command, "stage.usda", "--set", "r=20").code == Exit.FAULTS
+    assert run("check", "param.ovo", "--set", "r").code == Exit.USAGE
+
+
 def test_fmt_rewrites_what_is_not_canonical(run: Run, folder: Path) -> None:
     (folder / "loose.ovo").write_bytes(b"sphere( 1 )  // one\r\n")
     outcome = run("fmt", "--check", "loose.ovo", "ball.ovo")
@@ -319,7 +332,7 @@ def test_serve_says_what_it_cannot_have(run: Run) -> None:
 
 
 def test_interrupting_ends_with_a_word(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("compiler.compilation.compile_path", interrupted)

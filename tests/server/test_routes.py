@@ -342,3 +342,15 @@ def test_the_description_covers_everything(client: TestClient) -> None:
         assert set(operation["responses"]) == {"200", "406", "413", "415", "422", "503"}
         for status, response in operation["responses"].items():
             assert ("application/problem+json" in response["content"]) == (status != "200")
+
+
+def test_parameters_are_set_by_body_and_query(client: TestClient) -> None:
+    source = "param n = 3 in 1..9\nparam tilt = 1deg\nfor i in 0..n { sphere().rotate_x(tilt) }"
+    body = {"source": source, "params": {"n": 5, "tilt": "30deg"}}
+    answer = client.post("/v1/compile", json=body).json()
+    assert answer["leaves"] == 5
+    assert [param["value"] for param in answer["params"]] == [5, "30deg"]
+    query = "/v1/compile?params.n=7&params.tilt=2deg"
+    assert client.post(query, content=source, headers=PLAIN).json()["leaves"] == 7
+    response = client.post("/v1/compile?params.n=10", content=source, headers=PLAIN)
+    assert "value-out-of-range" in problem(response, 422, "scene-faults")["rendered"]
