@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
+from compiler.compilation import Time
 from compiler.ir import INTEGRATORS, PRECISIONS
 from ovolo.commands.reading import add_reading, params
 from ovolo.exits import Exit, StopError
+from ovolo.frames import numbered, parse_frames
 from ovolo.terminal import print_diagnostics, print_json
 
 
@@ -31,6 +34,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--integrator", choices=INTEGRATORS, help="what a pixel shows")
     parser.add_argument("--precision", choices=PRECISIONS, help="scalar of the intersectors")
     add_reading(parser)
+    parser.add_argument(
+        "--frames",
+        type=parse_frames,
+        metavar="FIRST:LAST[xSTEP]",
+        help="a sequence: a picture for each of these times; #### in a picture's name is the frame",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the sampling; default 0")
     parser.add_argument("--threads", type=int, default=0, metavar="N", help="default: all cores")
     parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
@@ -38,9 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Exit:
-    """Render once, write every picture asked for, and say what it took."""
-    import ovolo
-    from ovolo.progress import progress_bar
+    """Render every frame, write every picture asked for, and say what it took."""
     from runtime.film import ImageError, check_path
 
     outputs: list[Path] = arguments.output or [Path(f"{arguments.scene.stem or 'scene'}.png")]
@@ -49,13 +56,30 @@ def run(arguments: argparse.Namespace) -> Exit:
             check_path(output)
     except ImageError as error:
         raise StopError(Exit.FILES, str(error)) from None
+    if arguments.frames is None:
+        figures: object = _render(arguments, arguments.time, outputs)
+    else:
+        if arguments.time is not None:
+            raise StopError(Exit.USAGE, "`--time` and `--frames` exclude each other")
+        names = [numbered(output, arguments.frames) for output in outputs]
+        pictures = zip(arguments.frames, zip(*names, strict=True), strict=True)
+        figures = [_render(arguments, float(frame), paths) for frame, paths in pictures]
+    if arguments.json:
+        print_json(figures)
+    return Exit.OK
+
+
+def _render(
+    arguments: argparse.Namespace, time: Time, outputs: Sequence[Path]
+) -> dict[str, object]:
+    """One picture, under all its names; its figures."""
+    import ovolo
+    from ovolo.progress import progress_bar
+    from runtime.film import ImageError
 
     start = perf_counter()
     scene = ovolo.compile_file(
-        arguments.scene,
-        arguments.time,
-        complexity=arguments.complexity,
-        params=params(arguments),
+        arguments.scene, time, complexity=arguments.complexity, params=params(arguments)
     )
     compiled = perf_counter()
     if not arguments.quiet:
@@ -81,26 +105,23 @@ def run(arguments: argparse.Namespace) -> Exit:
     except ImageError as error:
         raise StopError(Exit.FILES, str(error)) from None
     seconds = perf_counter() - start
-    if arguments.json:
-        print_json(
-            {
-                "outputs": [str(output) for output in outputs],
-                "width": film.width,
-                "height": film.height,
-                "samples": film.samples,
-                "integrator": film.integrator,
-                "rays": film.rays,
-                "compile_seconds": compiled - start,
-                "build_seconds": film.build_seconds,
-                "render_seconds": film.seconds,
-                "seconds": seconds,
-                "warnings": len(scene.warnings),
-            }
-        )
-    elif not arguments.quiet:
+    if not arguments.quiet and not arguments.json:
         print(
             f"{', '.join(map(str, outputs))}: {film.width} × {film.height} pixels, "
             f"{film.samples} spp, {film.rays / 1e6:.3g} Mrays in {film.seconds:.2f} s "
             f"({film.rays / 1e6 / film.seconds:.3g} Mrays/s), {seconds:.2f} s in all"
         )
-    return Exit.OK
+    return {
+        "outputs": [str(output) for output in outputs],
+        "time": time,
+        "width": film.width,
+        "height": film.height,
+        "samples": film.samples,
+        "integrator": film.integrator,
+        "rays": film.rays,
+        "compile_seconds": compiled - start,
+        "build_seconds": film.build_seconds,
+        "render_seconds": film.seconds,
+        "seconds": seconds,
+        "warnings": len(scene.warnings),
+    }

@@ -173,6 +173,18 @@ def test_render_writes_a_picture_and_says_where(run: Run, folder: Path) -> None:
     assert (folder / "ball.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_frames_are_pictures_of_several_times(run: Run, folder: Path) -> None:
+    (folder / "moving.ovo").write_text("sphere(radius: 1 + time)\nsettings(width: 8, height: 8)\n")
+    words = ("moving.ovo", "--frames", "0:4x2", "-o", "f.##.png", "--quiet", "--json")
+    figures = run("render", *words).json
+    assert [frame["time"] for frame in figures] == [0, 2, 4]
+    assert [frame["outputs"] for frame in figures] == [["f.00.png"], ["f.02.png"], ["f.04.png"]]
+    assert run("render", "stage.usda", "--frames", "1,5", "--quiet").code == Exit.OK
+    assert (folder / "stage.0005.png").exists()
+    assert run("render", "moving.ovo", "--frames", "1:2", "--time", "1").code == Exit.USAGE
+    assert run("render", "moving.ovo", "--frames", "2:1x1").code == Exit.USAGE
+
+
 def test_render_writes_several_pictures_of_one_film(run: Run, folder: Path) -> None:
     outcome = run(
         *("render", "ball.ovo", "-o", "a.exr", "-o", "b.jpg", "--width", "8", "--height", "6"),
