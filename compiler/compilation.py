@@ -16,6 +16,7 @@ from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
 from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
+from dsl.observation import stage
 from dsl.parameters import Settings, unknown_settings
 from dsl.scene import File, Node, SceneGraph
 from dsl.spans import Source
@@ -113,7 +114,10 @@ def compile_path(
     _stop_at_errors(unknown_settings(None, params or {}))
     from compiler.usd import import_stage
 
-    graph, diagnostics = import_stage(path, time=time, options=StageOptions(complexity=complexity))
+    with stage("import"):
+        graph, diagnostics = import_stage(
+            path, time=time, options=StageOptions(complexity=complexity)
+        )
     return _compile_graph(graph, diagnostics, files, time)
 
 
@@ -123,7 +127,8 @@ def _compile_graph(
 ) -> Compilation:
     _stop_at_errors(diagnostics)
     assert graph is not None, "a front end that finds no errors makes a graph"
-    ir, faults, pruned = flatten(graph, partial(_load, files=files, time=time))
+    with stage("flatten"):
+        ir, faults, pruned = flatten(graph, partial(_load, files=files, time=time))
     diagnostics = [*diagnostics, *faults]
     _stop_at_errors(diagnostics)
     assert ir is not None, "flattening that finds no errors makes an IR"

@@ -11,6 +11,7 @@ from dsl.diagnostics import Diagnostic
 from dsl.faults import Exhausted
 from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
+from dsl.observation import stage
 from dsl.parameters import Settings, unknown_settings
 from dsl.parser import parse
 from dsl.run import Handler, Run
@@ -84,8 +85,10 @@ def evaluate_source(
 ) -> tuple[SceneGraph | None, list[Diagnostic]]:
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
     with seldom_collecting():
-        module, faults = parse(source, limits)
-        graph, more = evaluate(module, files, limits, time, settings)
+        with stage("parse"):
+            module, faults = parse(source, limits)
+        with stage("evaluate"):
+            graph, more = evaluate(module, files, limits, time, settings)
     diagnostics = in_order([*faults, *more])
     if len(diagnostics) > limits.diagnostics:
         message = f"only the first {limits.diagnostics} faults are shown"

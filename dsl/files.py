@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
+from dsl.observation import asked_for
 from dsl.spans import Place
 
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
@@ -71,6 +72,7 @@ class Files:
             )
         try:
             found = ((self.root or Path()) / folder / path).resolve()
+            asked_for(found)
             if self.root is not None and not found.is_relative_to(self.root):
                 raise FileFault(
                     "file-outside",

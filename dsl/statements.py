@@ -20,6 +20,7 @@ from dsl.builtins import BUILTINS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import FileFault
 from dsl.lanes import Sequential
+from dsl.observation import stage
 from dsl.parameters import settled
 from dsl.parser import parse
 from dsl.resolve import resolve
@@ -203,7 +204,8 @@ def _use(run: Run, statement: ast.Use) -> Task:
         text = run.files.read_text(path, start, run.limits.source_bytes)
     except FileFault as fault:
         raise Fault(fault.code, fault.message, span, help=fault.help) from None
-    tree, diagnostics = parse(Source(str(PurePath(start) / path), text), run.limits)
+    with stage("parse"):
+        tree, diagnostics = parse(Source(str(PurePath(start) / path), text), run.limits)
     run.report(*diagnostics)
     run.loaded[resolved] = None if tree.complete else POISON
     if not tree.complete:

@@ -16,6 +16,7 @@ from ovolo.terminal import print_stop, report
 
 COMMANDS = {
     "render": "make a picture of a scene",
+    "watch": "make a picture again whenever the scene changes",
     "check": "say what is wrong with scenes",
     "fmt": "put scene programs into canonical form",
     "compile": "turn a scene into its flat IR",

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dsl.observation import stage
 from dsl.scene import Integrator
 
 FORMATS = {"png": "png", "jpg": "jpeg", "jpeg": "jpeg", "exr": "exr"}
@@ -88,7 +89,8 @@ class Film:
         Raises ImageError for another extension, or a path that cannot be written.
         """
         check_path(path)
-        self._write(Path(path))
+        with stage("write"):
+            self._write(Path(path))
 
     def encode(self, format: str) -> bytes:
         """The bytes of a file of that format: "png", "jpeg" or "exr". Raises ImageError."""

@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import TypeVar, get_args
 
 from compiler.ir import UP_AXES, SceneIR
+from dsl.observation import stage
 from dsl.scene import Integrator, Precision
 from runtime._kernel import Kernel
 from runtime.camera import choose_camera, default_camera
@@ -89,21 +90,23 @@ def render(
     exposure = float(settings["exposure"])
 
     start = perf_counter()
-    kernel = Kernel(ir, precision, isa)
-    if record is None:
-        record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
+    with stage("build"):
+        kernel = Kernel(ir, precision, isa)
+        if record is None:
+            record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
     built = perf_counter()
-    images = kernel.render(
-        record,
-        width,
-        height,
-        samples,
-        integrator,
-        math.inf if math.isnan(reach) else reach,
-        seed,
-        threads,
-        progress,
-    )
+    with stage("render"):
+        images = kernel.render(
+            record,
+            width,
+            height,
+            samples,
+            integrator,
+            math.inf if math.isnan(reach) else reach,
+            seed,
+            threads,
+            progress,
+        )
     return Film(
         color=images["color"],
         error=images["error"],
