@@ -57,10 +57,15 @@ class Clock:
 
     def vectors(self, attribute: Any, width: int) -> FloatArray | None:
         """`(n, width)` float64, or None for whatever is not an array of such vectors."""
+        array = self.as_authored(attribute, width)
+        return None if array is None else np.ascontiguousarray(array, dtype=np.float64)
+
+    def as_authored(self, attribute: Any, width: int) -> NDArray[Any] | None:
+        """The same in the type that was authored, which is shared with usd-core: not copied."""
         array = self._array(attribute)
         if array is None or array.ndim != 2 or array.shape[1] != width:
             return None
-        return np.ascontiguousarray(array, dtype=np.float64)
+        return array
 
     def integers(self, attribute: Any) -> IntArray | None:
         """`(n,)` int64, or None for whatever is not an array of integers."""

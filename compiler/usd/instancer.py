@@ -26,19 +26,24 @@ if TYPE_CHECKING:
     from compiler.usd.traverse import Frame, Inherited, Traversal
 
 
+BLOCK = 1 << 14
+"""Orientations worked on at once."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
     """The arrays of an instancer that can be used.
 
     `prototypes` `(n,)`, `positions` `(n, 3)`, `scales` `(n, 3)` or None, `orientations` `(n, 4)`
-    imaginary part first or None, `usable` `(n,)`: neither masked nor faulty; `exact` `(n, 12)`
-    are the matrices of all instances in double precision, instead of the rest.
+    imaginary part first or None, these in the types that were authored; `usable` `(n,)`: neither
+    masked nor faulty; `exact` `(n, 12)` are the matrices of all instances in double precision,
+    instead of the rest.
     """
 
     prototypes: IntArray
-    positions: FloatArray
-    scales: FloatArray | None
-    orientations: FloatArray | None
+    positions: NDArray[Any]
+    scales: NDArray[Any] | None
+    orientations: NDArray[Any] | None
     usable: NDArray[np.bool_]
     exact: FloatArray | None
 
@@ -46,22 +51,41 @@ class Points:
         """Scale, orientation and position of the chosen instances."""
         if self.exact is not None:
             return (Step(StepKind.MATRIX, self.exact[chosen]),)
-        steps = []
+        if self.orientations is None:
+            moved = Step(StepKind.TRANSLATE, _doubles(self.positions[chosen]))
+            if self.scales is None:
+                return (moved,)
+            return (Step(StepKind.SCALE, _doubles(self.scales[chosen])), moved)
+        # One matrix of all three is what usd-core rounds to, and takes two thirds of the memory.
+        matrices = _rotations(self.orientations[chosen])
         if self.scales is not None:
-            steps.append(Step(StepKind.SCALE, self.scales[chosen]))
-        if self.orientations is not None:
-            matrices = _rotation_matrices(unit_quaternions(self.orientations[chosen]))
-            steps.append(Step(StepKind.MATRIX, matrices))
-        steps.append(Step(StepKind.TRANSLATE, self.positions[chosen]))
-        return tuple(steps)
+            rows = matrices.reshape(-1, 3, 4)
+            rows[:, :, :3] *= self.scales[chosen][:, None, :]
+        matrices[:, 3::4] = self.positions[chosen]
+        return (Step(StepKind.MATRIX, matrices),)
 
     @property
     def flat(self) -> NDArray[np.bool_]:
         """Which instances a scale presses flat `(n,)`."""
         if self.scales is None or self.exact is not None:
             return np.zeros(len(self.usable), bool)
-        stretch = np.sort(np.abs(self.scales), axis=1)
-        return is_flat(stretch) & ~is_flat(stretch[:, [1, 1, 2]])
+        flat = np.zeros(len(self.usable), bool)
+        sizes = np.abs(self.scales)
+        low, high = (f(f(sizes[:, 0], sizes[:, 1]), sizes[:, 2]) for f in (np.minimum, np.maximum))
+        suspect = np.flatnonzero(low <= np.finfo(np.float32).eps * high)
+        stretch = np.sort(_doubles(sizes[suspect]), axis=1)
+        flat[suspect] = is_flat(stretch) & ~is_flat(stretch[:, [1, 1, 2]])
+        return flat
+
+    def of_prototypes(self, count: int) -> list[IntArray]:
+        """The usable instances of each of `count` prototypes, in order."""
+        usable = np.flatnonzero(self.usable)
+        numbers = self.prototypes[usable]
+        if count == 1:
+            return [usable]
+        order = np.argsort(numbers, kind="stable")
+        ends = np.cumsum(np.bincount(numbers, minlength=count))
+        return np.split(usable[order], ends[:-1])
 
     def batch(self, child: Node, chosen: IntArray, origin: Origin) -> Instances:
         """The chosen instances of a child."""
@@ -80,8 +104,9 @@ def point_batches(
     origin = traversal.origin(prim, frame, point=True)
     material = traversal.material(prim, frame)
     batches: list[Node] = []
-    for number, path in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
-        chosen = np.flatnonzero(points.usable & (points.prototypes == number))
+    targets = instancer.GetPrototypesRel().GetForwardedTargets()
+    flat_rows = points.flat
+    for path, chosen in zip(targets, points.of_prototypes(len(targets)), strict=True):
         if not len(chosen):
             continue
         root = traversal.stage.GetPrimAtPath(path)
@@ -95,7 +120,7 @@ def point_batches(
             continue
         if material is not None:
             child = Bind(child, material)
-        flat = points.flat[chosen]
+        flat = flat_rows[chosen]
         if not flat.all():
             batches.append(points.batch(child, chosen[~flat], origin))
         if flat.any():
@@ -107,7 +132,7 @@ def point_batches(
 def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     path = instancer.GetPath()
     prototypes = clock.integers(instancer.GetProtoIndicesAttr())
-    positions = clock.vectors(instancer.GetPositionsAttr(), 3)
+    positions = clock.as_authored(instancer.GetPositionsAttr(), 3)
     if prototypes is None or positions is None:
         report.add("usd-instancer", "an instancer without indices or positions is empty", path)
         return None
@@ -115,9 +140,9 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     usable = np.ones(count, bool)
     exact = instancer.GetOrientationsfAttr()
     halfs = instancer.GetOrientationsAttr()
-    scales = clock.vectors(instancer.GetScalesAttr(), 3)
-    orientations = clock.vectors(exact if exact.HasAuthoredValue() else halfs, 4)
-    arrays: dict[str, FloatArray] = {"positions": positions}
+    scales = clock.as_authored(instancer.GetScalesAttr(), 3)
+    orientations = clock.as_authored(exact if exact.HasAuthoredValue() else halfs, 4)
+    arrays: dict[str, NDArray[Any]] = {"positions": positions}
     if scales is not None and len(scales):
         arrays["scales"] = scales
     if orientations is not None and len(orientations):
@@ -146,10 +171,10 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     )
 
 
-def _padded(array: FloatArray, count: int) -> FloatArray:
+def _padded(array: NDArray[Any], count: int) -> NDArray[Any]:
     if len(array) >= count:
         return array[:count]
-    return np.concatenate((array, np.zeros((count - len(array), array.shape[1]))))
+    return np.concatenate((array, np.zeros((count - len(array), array.shape[1]), array.dtype)))
 
 
 def _leave_out(
@@ -169,23 +194,39 @@ def _masked(instancer: Any, clock: Clock, count: int, report: Report) -> NDArray
         message = f"{len(ids)} `ids` for {count} instances: positions in the arrays are the ids"
         report.add("usd-instancer", message, instancer.GetPath())
         ids = None
-    if ids is None:
-        ids = np.arange(count)
     invisible = clock.integers(instancer.GetInvisibleIdsAttr())
     inactive = instancer.GetPrim().GetMetadata("inactiveIds")
-    hidden = [np.empty(0, np.int64) if invisible is None else invisible]
+    hidden = np.empty(0, np.int64) if invisible is None else invisible
     if inactive is not None:
-        hidden.append(np.array(inactive.ApplyOperations([]), dtype=np.int64))
-    return np.isin(ids, np.concatenate(hidden))
+        listed = np.array(inactive.ApplyOperations([]), dtype=np.int64)
+        hidden = np.concatenate((hidden, listed))
+    if not len(hidden):
+        return np.zeros(count, bool)
+    return np.isin(np.arange(count) if ids is None else ids, hidden)
 
 
-def _rotation_matrices(quaternions: FloatArray) -> FloatArray:
+def _doubles(array: NDArray[Any]) -> FloatArray:
+    return array.astype(np.float64)
+
+
+def _rotations(quaternions: NDArray[Any]) -> FloatArray:
+    """Matrices `(n, 12)` of quaternions `(n, 4)`; in blocks, for those fit into a cache."""
+    matrices = np.zeros((len(quaternions), 12))
+    for start in range(0, len(quaternions), BLOCK):
+        rows = slice(start, start + BLOCK)
+        _rotation_matrices(unit_quaternions(_doubles(quaternions[rows])), matrices[rows])
+    return matrices
+
+
+def _rotation_matrices(quaternions: FloatArray, into: FloatArray) -> None:
     """Matrices `(n, 12)`, 3x4 row by row, by the formula that usd-core uses (no division)."""
-    x, y, z, w = quaternions.T
-    zero = np.zeros_like(x)
-    entries = (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (z * x + y * w), zero),
-        (2.0 * (x * y + z * w), 1.0 - 2.0 * (z * z + x * x), 2.0 * (y * z - x * w), zero),
-        (2.0 * (z * x - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (y * y + x * x), zero),
-    )
-    return np.stack([entry for row in entries for entry in row], axis=1)
+    x, y, z, w = np.ascontiguousarray(quaternions.T)
+    into[:, 0] = 1.0 - 2.0 * (y * y + z * z)
+    into[:, 1] = 2.0 * (x * y - z * w)
+    into[:, 2] = 2.0 * (z * x + y * w)
+    into[:, 4] = 2.0 * (x * y + z * w)
+    into[:, 5] = 1.0 - 2.0 * (z * z + x * x)
+    into[:, 6] = 2.0 * (y * z - x * w)
+    into[:, 8] = 2.0 * (z * x - y * w)
+    into[:, 9] = 2.0 * (y * z + x * w)
+    into[:, 10] = 1.0 - 2.0 * (y * y + x * x)

@@ -80,15 +80,18 @@ class Meshes:
             taken[faces] = True
             labels[faces] = len(materials)
             materials.append(base.own(own))
-        of_triangle = labels[surface.faces]
-        used = np.unique(of_triangle)
-        key = (path, of_triangle.tobytes() if len(used) > 1 else b"")
+        if len(materials) == 1:
+            used, key = [0], (path, b"")
+        else:
+            of_triangle = labels[surface.faces]
+            used = np.unique(of_triangle).tolist()
+            key = (path, of_triangle.tobytes() if len(used) > 1 else b"")
         if key not in self._parts:
             chosen = [None] if len(used) == 1 else [np.flatnonzero(of_triangle == u) for u in used]
             self._parts[key] = [surface.part(part) for part in chosen]
         return [
             (mesh, materials[label])
-            for mesh, label in zip(self._parts[key], used.tolist(), strict=True)
+            for mesh, label in zip(self._parts[key], used, strict=True)
         ]
 
 

@@ -71,6 +71,8 @@ def usable_faces(points: FloatArray, counts: IntArray, indices: IntArray) -> Pol
     """
     sizes = np.maximum(counts, 0)
     ends = np.cumsum(sizes)
+    if _all_usable(points, sizes, int(ends[-1]) if len(ends) else 0, indices):
+        return Polygons(sizes, indices[: ends[-1]], np.arange(len(sizes)), Counter())
     known = ends <= len(indices)
     large = known & (sizes >= 3)
     inside = (indices >= 0) & (indices < len(points))
@@ -93,6 +95,17 @@ def usable_faces(points: FloatArray, counts: IntArray, indices: IntArray) -> Pol
     return Polygons(sizes[kept], indices[listed], np.flatnonzero(kept), +dropped)
 
 
+def _all_usable(points: FloatArray, sizes: IntArray, total: int, indices: IntArray) -> bool:
+    """Whether all faces are sound, as they are in most meshes: a quick question."""
+    return bool(
+        0 < total <= len(indices)
+        and sizes.min() >= 3
+        and indices.min() >= 0
+        and indices.max() < len(points)
+        and np.isfinite(points).all()
+    )
+
+
 def _any(flags: NDArray[np.bool_], sizes: IntArray, ends: IntArray) -> NDArray[np.bool_]:
     """Whether any corner of a face has the flag; faces may run beyond the end of the flags."""
     before = np.concatenate(([0], np.cumsum(flags)))
@@ -103,11 +116,13 @@ def _any(flags: NDArray[np.bool_], sizes: IntArray, ends: IntArray) -> NDArray[n
 def triangulate(points: FloatArray, counts: IntArray, corners: IntArray) -> Triangulation:
     """Triangulate usable faces; they keep their winding."""
     starts = np.cumsum(counts) - counts
+    largest = np.abs(points).max(initial=0.0)
+    unit = points / largest if 0.0 < largest < np.inf else points
     triangles: list[IntArray] = [np.empty((0, 3), np.int64)]
     rows: list[IntArray] = [np.empty(0, np.int64)]
     for block in _blocks(counts):
         polygons = corners[starts[block, None] + np.arange(counts[block[0]])]
-        own, of = _same_size(points, polygons)
+        own, of = _same_size(unit, polygons)
         triangles.append(own)
         rows.append(block[of])
     row = np.concatenate(rows)
@@ -126,11 +141,11 @@ def _blocks(sizes: IntArray) -> Iterator[IntArray]:
 
 
 def _same_size(points: FloatArray, corners: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles of faces `(f, k)`, and the row of each."""
+    """Triangles of faces `(f, k)`, and the row of each; no coordinate is beyond 1."""
     count, size = corners.shape
     if size == 3:
         return corners, np.arange(count)
-    turns = _turns(points[corners])
+    turns = _turns(points, corners)
     concave = np.flatnonzero((turns < -FLAT).any(axis=1))
     if size == 4:
         fans = corners.copy()
@@ -158,37 +173,37 @@ def _fans(corners: IntArray) -> IntArray:
     return corners[:, fan].reshape(-1, 3)
 
 
-def _local(polygons: FloatArray) -> FloatArray:
-    """The polygons from their first corner, in units of their largest coordinate."""
-    local = polygons - polygons[:, :1]
-    extent = np.abs(local).max(axis=(1, 2), keepdims=True)
-    return np.asarray(np.divide(local, extent, out=np.zeros_like(local), where=extent > 0.0))
+def _turns(points: FloatArray, corners: IntArray) -> FloatArray:
+    """How far each corner `(f, k)` turns: positive is convex, relative to twice the area.
+
+    Coordinates are kept apart, for NumPy is quick along long rows only.
+    """
+    local = points[corners.T] - points[corners[:, 0]]
+    x, y, z = (np.ascontiguousarray(local[:, :, axis]) for axis in range(3))
+    following = tuple(np.roll(row, -1, axis=0) for row in (x, y, z))
+    normal = tuple(row.sum(axis=0) for row in _cross((x, y, z), following))
+    edges = tuple(b - a for a, b in zip((x, y, z), following, strict=True))
+    before = tuple(np.roll(row, 1, axis=0) for row in edges)
+    turns = sum(n * c for n, c in zip(normal, _cross(before, edges), strict=True))
+    squared = sum(n * n for n in normal)
+    found = np.divide(turns, squared, out=np.zeros_like(x), where=squared > 0.0)
+    return np.asarray(found.T)
 
 
-def _normals(local: FloatArray) -> FloatArray:
-    """Twice the vector area of polygons `(f, k, 3)` (Newell)."""
-    return np.asarray(np.cross(local, np.roll(local, -1, axis=1)).sum(axis=1))
-
-
-def _turns(polygons: FloatArray) -> FloatArray:
-    """How far each corner `(f, k)` turns: positive is convex, relative to twice the area."""
-    local = _local(polygons)
-    normals = _normals(local)
-    edges = np.roll(local, -1, axis=1) - local
-    crosses = np.cross(np.roll(edges, 1, axis=1), edges)
-    squared = np.einsum("fi,fi->f", normals, normals)[:, None]
-    turns = np.einsum("fki,fi->fk", crosses, normals)
-    return np.asarray(np.divide(turns, squared, out=np.zeros_like(turns), where=squared > 0.0))
+def _cross(a: tuple[FloatArray, ...], b: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+    """The cross product of vectors whose coordinates are kept apart."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def _ears(polygon: FloatArray) -> IntArray:
     """Triangles `(m, 3)` of one concave polygon `(k, 3)`, as indices of its corners."""
     from mapbox_earcut import triangulate_float64
 
-    local = _local(polygon[None])
-    normal = _normals(local)[0]
+    local = polygon - polygon[0]
+    local /= max(np.abs(local).max(), 1e-300)
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
     drop = int(np.argmax(np.abs(normal)))
-    plane = np.delete(local[0], drop, axis=1)
+    plane = np.delete(local, drop, axis=1)
     found = triangulate_float64(plane, np.array([len(polygon)], np.uint32))
     triangles: IntArray = np.asarray(found).reshape(-1, 3).astype(np.int64)
     # Earcut promises no winding: turn every triangle the way of the polygon. Leaving out y
