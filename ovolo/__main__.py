@@ -22,6 +22,7 @@ COMMANDS = {
     "compile": "turn a scene into its flat IR",
     "export": "turn a scene into a USD stage",
     "inspect": "say what a scene consists of",
+    "doc": "print the documentation of a program",
     "explain": "say what a diagnostic means, with examples",
     "conformance": "judge an implementation by the language reference",
     "lsp": "answer an editor, over the Language Server Protocol",

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dsl import ast
 from dsl.language_service.describe import documentation, headline
 from dsl.language_service.occurrences import index
 from dsl.language_service.program import Program
 from dsl.language_service.project import Project
-from dsl.language_service.values import Values, shown_value
+from dsl.language_service.values import Valued, Values, shown_value
 from dsl.spans import Span
 
 
@@ -30,7 +29,7 @@ def hover(
         return None
     target = found.target
     code = headline(target, found.home)
-    if values is not None and isinstance(target, ast.Let) and found.home is program:
+    if values is not None and isinstance(target, Valued) and found.home is program:
         value = shown_value(values.get(target))
         if value is not None:
             code += f"\n// = {value}"

@@ -17,8 +17,9 @@ from dsl.values import Angle, Color, Interval, Scope, Value, Vector, format_numb
 TYPING_LIMITS = replace(DEFAULT_LIMITS, steps=1_000_000)
 """A twentieth of what a render may take: a second or two."""
 
-Values = Mapping[ast.Let, Value]
-"""The values of the `let`s of a file's top level, as far as they have one."""
+Valued = ast.Let | ast.Param
+Values = Mapping[Valued, Value]
+"""The values of the names of a file's top level, as far as they have one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ def evaluate_program(
     values = {
         node: by_place[node.name_span]
         for node in program.module.body.statements
-        if isinstance(node, ast.Let) and node.name_span in by_place
+        if isinstance(node, Valued) and node.name_span in by_place
     }
     return Evaluation(diagnostics, values)
 
@@ -75,14 +76,15 @@ class Inlay:
 
 
 def inlays(program: Program, values: Values) -> list[Inlay]:
-    """The values of computed `let`s; a literal says its value itself."""
+    """The values of computed names; a literal says its value itself."""
     result = []
     for node in program.module.body.statements:
-        if not isinstance(node, ast.Let) or _is_literal(node.value):
+        if not isinstance(node, Valued):
             continue
-        text = shown_value(values.get(node))
+        expression = node.value if isinstance(node, ast.Let) else node.default
+        text = None if _is_literal(expression) else shown_value(values.get(node))
         if text is not None:
-            result.append(Inlay(node.value.span.end, f"= {text}"))
+            result.append(Inlay(expression.span.end, f"= {text}"))
     return result
 
 

@@ -79,3 +79,10 @@ def test_signature_help(text: str, label: str, parameter: int | None) -> None:
 @pytest.mark.parametrize("text", ["(1 + ‸)", "sphere()‸", "// sphere(‸", "let f = {‸}", "g(‸)"])
 def test_no_signature_outside_calls(text: str) -> None:
     assert signature_help(*at_cursor(text)) is None
+
+
+def test_parameters_of_the_program() -> None:
+    text = "/// how many\nparam count = 2 * 12 in 3..60\n"
+    assert shown(text + "sphere(radius: cou‸nt)") == (
+        "```ovolo\nparam count = 2 * 12 in 3..60\n// = 24\n```\n\nhow many"
+    )
