@@ -27,6 +27,10 @@ FINEST = 200
 """Inside a solid whose bevel is thinner still, steps are one part in so many of its size: a ray
 that leaves it through the bevel, and at once enters it again, is not seen to do so."""
 
+PATIENCE = 256
+"""Steps after which the shortest step doubles with every eighth. Only a ray that runs in a flat
+face, to within rounding errors, needs so many: its steps are as short as the root of those."""
+
 
 def first_crossing(
     solid: RoundedSolid,
@@ -61,12 +65,15 @@ def first_crossing(
     rays = np.flatnonzero(start < end)
     s = start[rays]
     f, slope = field(s, rays)
+    steps = 0
     while rays.size:
+        steps += 1
+        growth = 2.0 ** max(0, (steps - PATIENCE) // 8)
         outside = f > 0
         step = np.where(
             outside,
-            np.maximum(safe_step(f, slope, solid.reach_outside, number), shortest_outside),
-            np.maximum(safe_step(-f, -slope, solid.reach_inside, number), shortest_inside),
+            np.maximum(safe_step(f, slope, solid.reach_outside, number), shortest_outside * growth),
+            np.maximum(safe_step(-f, -slope, solid.reach_inside, number), shortest_inside * growth),
         )
         entry, leave = (
             np.where(each[:, rays] > s, each[:, rays], np.inf).min(axis=0, initial=np.inf)
