@@ -159,7 +159,7 @@ def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:
         unknown = len(words.difference(names[positional:])) + surplus
         filled = {*names[:positional], *words}
         lacking = sum(p.required and p.name not in filled for p in signature.parameters)
-        return unknown + lacking, lacking
+        return unknown, lacking
 
     fitting = (s for s in builtin.signatures if misfit(s) == (0, 0))
     return next(fitting, None) or min(builtin.signatures, key=misfit)

@@ -148,13 +148,14 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
     def positive(name: str, help: str | None = None) -> Broken | None:
         if p[name] > 0.0:
             return None
-        message = f"{name} = {number(p[name])} is not greater than 0"
+        message = f"{name.replace('_', '.')} = {number(p[name])} is not greater than 0"
         return Broken("value-out-of-range", message, (name,), help)
 
     def ordered(low: str, high: str) -> Broken | None:
         if p[low] < p[high]:
             return None
-        message = f"{low} = {number(p[low])} is not below {high} = {number(p[high])}"
+        unit = "°" if low == "phi0" else ""
+        message = f"{low} = {number(p[low])}{unit} is not below {high} = {number(p[high])}{unit}"
         return Broken("value-order", message, (low, high))
 
     match kind:
