@@ -13,7 +13,7 @@ from compiler import ir
 from compiler.affine import Affine
 from compiler.double_double import DoubleDouble, Part
 from compiler.provenance import Texts
-from compiler.vectors import dot, length, unit
+from compiler.vectors import cross, dot, length, unit
 from dsl.scene import Camera, Material, PointLight, Settings, Sky, Sun
 
 Light = Sun | PointLight | Sky
@@ -120,8 +120,8 @@ def _applied(
 
 
 def _determinant(linear: Sequence[Sequence[DoubleDouble]]) -> float:
-    matrix = [[float(_scalar(entry.hi)) for entry in row] for row in linear]
-    return float(np.linalg.det(np.array(matrix)))
+    x, y, z = linear
+    return float(_scalar(dot(x, cross(y, z)).hi))
 
 
 def _rounded(vector: Iterable[DoubleDouble]) -> list[float]:

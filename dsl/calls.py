@@ -109,6 +109,8 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         forms = (_form(builtin.name, each) for each in builtin.signatures)
         return f"it is called as {' or '.join(forms)}"
 
+    if len(builtin.signatures) > 1:
+        _check_together(builtin, names, given)
     taken = assign(builtin.name, names, given, site.span, form)
     values: list[Any] = []
     for parameter in signature.parameters:
@@ -131,6 +133,24 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         result: Value = signature.function(site, *values)
         return result
     return each(partial(signature.function, site), values)  # type: ignore[no-any-return]
+
+
+def _check_together(builtin: Builtin, names: Sequence[str], given: Sequence[Given]) -> None:
+    """A fault for two arguments that belong to two ways of calling a function."""
+    labels = {item.argument.name: item.argument for item in given}
+    for word, argument in labels.items():
+        if word is None or word in names:
+            continue
+        for signature in builtin.signatures:
+            others = [parameter.name for parameter in signature.parameters]
+            rival = next((n for n in labels if n is not None and n not in others), None)
+            if word in others and rival is not None:
+                raise Fault(
+                    "name-unknown-parameter",
+                    f"`{builtin.name}` takes `{rival}` or `{word}`, not both",
+                    argument.name_span or argument.span,
+                    secondary=(Label(labels[rival].span, "given here"),),
+                )
 
 
 def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Any:

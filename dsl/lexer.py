@@ -10,7 +10,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from itertools import accumulate
 
 from dsl.angles import UNITS, degrees_from_literal
@@ -83,9 +83,19 @@ def _continues(character: str) -> bool:
     return not re.match(r"\w", character) and f"a{character}".isidentifier()
 
 
-def srgb_to_linear(encoded: float) -> float:
-    """One sRGB-encoded component in [0, 1] to linear light (IEC 61966-2-1)."""
-    return encoded / 12.92 if encoded <= 0.04045 else math.pow((encoded + 0.055) / 1.055, 2.4)
+@cache
+def srgb_to_linear(encoded: float, white: int = 1) -> float:
+    """One sRGB-encoded component in [0, white] to linear light in [0, 1], rounded once.
+
+    IEC 61966-2-1: c / 12.92 up to c = 0.04045, ((c + 0.055) / 1.055)^2.4 above.
+    """
+    from decimal import Decimal, localcontext
+
+    with localcontext(prec=50):
+        c = Decimal(encoded) / white
+        if c <= Decimal("0.04045"):
+            return float(c / Decimal("12.92"))
+        return float(((c + Decimal("0.055")) / Decimal("1.055")) ** Decimal("2.4"))
 
 
 _token: Callable[[tuple[str, int, int, TokenValue]], Token] = partial(tuple.__new__, Token)
@@ -275,9 +285,7 @@ class _Lexer:
     def _color(self, match: re.Match[str]) -> None:
         digits = match[0][1:]
         if re.fullmatch("[0-9a-fA-F]{6}", digits):
-            red, green, blue = (
-                srgb_to_linear(int(digits[i : i + 2], 16) / 255.0) for i in (0, 2, 4)
-            )
+            red, green, blue = (srgb_to_linear(int(digits[i : i + 2], 16), 255) for i in (0, 2, 4))
             self.add("color", match.start(), match.end(), (red, green, blue))
             return
         help = "a color has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"

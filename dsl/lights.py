@@ -32,7 +32,7 @@ def _sun(site: Site, direction: Vector, irradiance: float, color: _Rgb, angle: f
     if not any(direction):
         raise site.fault("value-degenerate", "`direction` is (0, 0, 0)", "direction")
     check_range(site, "irradiance", irradiance, 0.0, None)
-    check_range(site, "angle", angle, 0.0, 180.0)
+    check_range(site, "angle", angle, 0.0, 180.0, "°")
     return Sun(direction, _times(site, color, irradiance), angle, Origin(site.span))
 
 
@@ -101,10 +101,9 @@ def _settings(site: Site, *values: Any) -> Settings:
             given[name] = _whole(site, name, given[name], largest)
     _check_choice(site, "integrator", given.get("integrator"), get_args(Integrator))
     _check_choice(site, "precision", given.get("precision"), get_args(Precision))
-    if given.get("occlusion_distance", 1.0) <= 0.0:
-        raise site.fault(
-            "value-out-of-range", "occlusion_distance is not above 0", "occlusion_distance"
-        )
+    if (distance := given.get("occlusion_distance", 1.0)) <= 0.0:
+        message = f"occlusion_distance = {format_number(distance)} is not above 0"
+        raise site.fault("value-out-of-range", message, "occlusion_distance")
     return Settings(**given, origin=Origin(site.span))
 
 

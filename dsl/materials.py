@@ -28,13 +28,18 @@ _Rgb = tuple[float, float, float]
 
 
 def check_range(
-    site: Site, name: str, value: float, low: float = 0.0, high: float | None = 1.0
+    site: Site,
+    name: str,
+    value: float,
+    low: float = 0.0,
+    high: float | None = 1.0,
+    unit: str = "",
 ) -> None:
     """A fault unless low <= value <= high."""
     if value < low or (high is not None and value > high):
-        bounds = f"below {format_number(low)}" if high is None or value < low else ""
-        bounds = bounds or f"above {format_number(high or 0.0)}"
-        raise site.fault("value-out-of-range", f"{name} = {format_number(value)} is {bounds}", name)
+        where, bound = ("below", low) if high is None or value < low else ("above", high)
+        message = f"{name} = {format_number(value)}{unit} is {where} {format_number(bound)}{unit}"
+        raise site.fault("value-out-of-range", message, name)
 
 
 def check_color(site: Site, name: str, color: _Rgb) -> None:

@@ -152,6 +152,8 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
         help = did_you_mean(name, known)
         if name in ("material", "override"):
             help = "only objects have a material"
+        elif name in ("color", "colour") and isinstance(value, Object):
+            help = "a color belongs to a material: `.material(matte(color))`"
         elif help is None and name in BUILTINS and name not in PLACE:
             help = f"`{name}` is a function: write `{name}(…)` around the value"
         elif help is None and known:
