@@ -90,8 +90,7 @@ class Meshes:
             chosen = [None] if len(used) == 1 else [np.flatnonzero(of_triangle == u) for u in used]
             self._parts[key] = [surface.part(part) for part in chosen]
         return [
-            (mesh, materials[label])
-            for mesh, label in zip(self._parts[key], used, strict=True)
+            (mesh, materials[label]) for mesh, label in zip(self._parts[key], used, strict=True)
         ]
 
 
