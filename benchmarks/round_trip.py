@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.random_scenes import Rays, random_rays, random_scene
 from compiler.bounds import bounds
-from compiler.compilation import Compilation, compile_path
+from compiler.compilation import Compilation, Reader, compile_path
 from compiler.flatten import flatten
 from compiler.ir import MATERIAL, MESH, SceneIR
 from compiler.usd_export import ExportOptions, export_stage
@@ -53,7 +53,7 @@ def compiled(graph: SceneGraph) -> Compilation:
     """A scene graph without files, compiled."""
     ir, diagnostics, pruned = flatten(graph, lambda _: (None, []))
     assert ir is not None, diagnostics
-    return Compilation(graph, ir, pruned, (), Files(), None)
+    return Compilation(graph, ir, pruned, (), Reader(Files()))
 
 
 def there_and_back(

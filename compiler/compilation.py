@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from functools import partial
+from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
 from compiler.flatten import Pruned, flatten
 from compiler.ir import SceneIR
-from compiler.usd.options import Complexity, StageOptions
+from compiler.usd.options import Isolation, StageOptions
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import CompileError, Diagnostic
 from dsl.evaluate import evaluate_source
@@ -23,7 +22,26 @@ from dsl.spans import Source
 
 Time = float | Literal["earliest"] | None
 
+AS_IT_IS = StageOptions()
 STAGE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """How the files that a scene names are read: through `files`, stages at `time`."""
+
+    files: Files
+    time: Time = None
+    options: StageOptions = AS_IT_IS
+    isolation: Isolation | None = None
+
+    def __call__(self, file: File) -> tuple[Node | None, list[Diagnostic]]:
+        """The object of a file, or None and an error (see `compiler.mesh.load_file`)."""
+        from compiler.mesh import load_file
+
+        return load_file(
+            file, self.files, time=self.time, options=self.options, isolation=self.isolation
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,12 +52,11 @@ class Compilation:
     ir: SceneIR
     pruned: Pruned
     warnings: tuple[Diagnostic, ...]
-    files: Files
-    time: Time
+    reader: Reader
 
     def load(self, file: File) -> Node:
         """What a node of the graph that names a file stands for."""
-        node, diagnostics = _load(file, self.files, self.time)
+        node, diagnostics = self.reader(file)
         if node is None:
             raise CompileError(diagnostics)
         return node
@@ -69,13 +86,17 @@ def compile_text(
     time: Time = None,
     limits: Limits = DEFAULT_LIMITS,
     params: Settings | None = None,
+    *,
+    options: StageOptions = AS_IT_IS,
+    isolation: Isolation | None = None,
 ) -> Compilation:
     """Compile a scene program.
 
     `name` is what diagnostics print; the files that the program names are found relative to its
     folder, and read through `files`. `time` is the program's `time`, 0 unless it is a number, and
-    the time code of the stages among its files; `params` are values for its parameters by name
-    (`dsl.parameters`). Raises CompileError; ValueError for a time that is
+    the time code of the stages among its files, which are read by `options` and in `isolation` (see
+    `compiler.usd`); `params` are values for its parameters by name (`dsl.parameters`). Raises
+    CompileError; ValueError for a time that is
     not finite.
     """
     files = files or Files()
@@ -83,62 +104,68 @@ def compile_text(
     if not isfinite(seconds):
         raise ValueError(f"a scene has no time {seconds}")
     graph, diagnostics = evaluate_source(Source(name, text), files, limits, seconds, params)
-    return _compile_graph(graph, diagnostics, files, time)
+    return _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
 
 
 def compile_path(
     path: Path,
     time: Time = None,
-    complexity: Complexity = "low",
+    options: StageOptions = AS_IT_IS,
     files: Files | None = None,
     limits: Limits = DEFAULT_LIMITS,
     params: Settings | None = None,
+    *,
+    prim: str | None = None,
+    isolation: Isolation | None = None,
 ) -> Compilation:
     """Compile a scene program or a USD stage, by the file's suffix.
 
-    `time` is a stage's time code, its "earliest", or None for default values; `complexity`
-    says how its subdivision meshes are drawn (`compiler.usd.options.StageOptions`); `params` are
-    values for a program's parameters (a stage has none). Where `files`
-    have a root, `path` lies in it and is named from there. Raises CompileError, also when the
-    file cannot be read.
+    `time` is a stage's time code, its "earliest", or None for default values; `options`, `prim`
+    and `isolation` are those of `compiler.usd.import_stage`; `params` are values for a program's
+    parameters (a stage has none). Where `files` have a root, `path` lies in it and is named from
+    there, and so does whatever a stage refers to. Raises CompileError, also when the file cannot
+    be read.
     """
     files = files or Files()
     try:
         name = files.name(path)
         if path.suffix.lower() not in STAGE_SUFFIXES:
             text = Files(files.root).read_text(name)
-            return compile_text(text, name, files, time, limits, params)
+            return compile_text(
+                text, name, files, time, limits, params, options=options, isolation=isolation
+            )
         files.resolve(name)
     except FileFault as fault:
         raise CompileError([fault.diagnostic(None)]) from None
     _stop_at_errors(unknown_settings(None, params or {}))
     from compiler.usd import import_stage
 
+    options = replace(options, root=files.root)
     with stage("import"):
         graph, diagnostics = import_stage(
-            path, time=time, options=StageOptions(complexity=complexity)
+            path, time=time, prim=prim, options=options, isolation=isolation
         )
-    return _compile_graph(graph, diagnostics, files, time)
+    return _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
+
+
+def strictly(compilation: Compilation) -> Compilation:
+    """A scene without warnings; others raise CompileError, with their warnings as errors."""
+    _stop_at_errors([replace(warning, severity="error") for warning in compilation.warnings])
+    return compilation
 
 
 @seldom_collecting()
 def _compile_graph(
-    graph: SceneGraph | None, diagnostics: list[Diagnostic], files: Files, time: Time
+    graph: SceneGraph | None, diagnostics: list[Diagnostic], reader: Reader
 ) -> Compilation:
     _stop_at_errors(diagnostics)
     assert graph is not None, "a front end that finds no errors makes a graph"
     with stage("flatten"):
-        ir, faults, pruned = flatten(graph, partial(_load, files=files, time=time))
+        ir, faults, pruned = flatten(graph, reader)
     diagnostics = [*diagnostics, *faults]
     _stop_at_errors(diagnostics)
     assert ir is not None, "flattening that finds no errors makes an IR"
-    return Compilation(graph, ir, pruned, tuple(diagnostics), files, time)
-
-
-def _load(file: File, files: Files, time: Time) -> tuple[Node | None, list[Diagnostic]]:
-    from compiler.mesh import load_file
-
-    return load_file(file, files, time=time)
+    return Compilation(graph, ir, pruned, tuple(diagnostics), reader)
 
 
 def _stop_at_errors(diagnostics: list[Diagnostic]) -> None:

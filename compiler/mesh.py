@@ -5,11 +5,13 @@ from __future__ import annotations
 import io
 import warnings
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from compiler.usd.options import Isolation, StageOptions
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.files import FileFault, Files
@@ -21,13 +23,18 @@ MAX_TRIANGLES = 100_000_000
 
 
 def load_file(
-    file: File, files: Files, *, time: float | Literal["earliest"] | None = None
+    file: File,
+    files: Files,
+    *,
+    time: float | Literal["earliest"] | None = None,
+    options: StageOptions = StageOptions(),  # noqa: B008  (frozen)
+    isolation: Isolation | None = None,
 ) -> tuple[Node | None, list[Diagnostic]]:
     """The object of a file, read through `files`, and what its reader has to say.
 
-    `time` is the time code at which stages are read (see `compiler.usd`); of stages only objects
-    come in, for their cameras, lights and up axis are of their own scene. None, and an error,
-    where the file cannot be read. With `files` and `time` bound this is the `Load` of `flatten`.
+    `time` is the time code at which stages are read, `options` and `isolation` say how (see
+    `compiler.usd`); of stages only objects come in, for their cameras, lights and up axis are of
+    their own scene. None, and an error, where the file cannot be read.
     """
     place = file.origin.place if file.origin else None
     try:
@@ -36,10 +43,13 @@ def load_file(
         path = files.resolve(file.path, file.folder or "")
     except FileFault as fault:
         return None, [fault.diagnostic(place)]
-    from compiler.usd import StageOptions, import_stage
+    from compiler.usd import import_stage
 
-    options = StageOptions(surroundings=False)
-    graph, diagnostics = import_stage(path, time=time, prim=file.prim, options=options)
+    # Masks and variants are of the stage that the command line names.
+    options = replace(options, surroundings=False, mask=(), variants=(), root=files.root)
+    graph, diagnostics = import_stage(
+        path, time=time, prim=file.prim, options=options, isolation=isolation
+    )
     return graph.root, diagnostics
 
 

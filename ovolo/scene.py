@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from compiler.compilation import Compilation, Time, compile_path, compile_text
+from compiler.compilation import Compilation, Time, compile_path, compile_text, strictly
 from compiler.ir import SceneIR
-from compiler.usd.options import Complexity
+from compiler.usd.options import Complexity, Isolation, StageOptions
 from dsl.diagnostics import Diagnostic
 from dsl.files import Files
 from dsl.parameters import Settings
@@ -144,17 +144,53 @@ def compile_file(
     *,
     complexity: Complexity = "low",
     params: Settings | None = None,
+    purposes: Iterable[str] = ("render",),
+    payloads: bool = True,
+    prim: str | None = None,
+    mask: Iterable[str] = (),
+    variants: Iterable[str] = (),
+    strict: bool = False,
+    root: str | PathLike[str] | None = None,
+    isolate: bool = False,
+    deadline: float | None = None,
+    memory_limit: int | None = None,
 ) -> Scene:
     """Compile a scene program (.ovo) or a USD stage (.usd, .usda, .usdc, .usdz).
 
     `time` is what the program calls `time`, or a time code of the stage, or "earliest"; None is 0
-    for a program and default values for a stage. `complexity` says how a stage's subdivision meshes
-    are drawn: "low" is their cage, "limit" their limit surface (see `docs/usd.md`). `params` are
-    values for a program's parameters, by name: numbers, truth values, text, tuples for vectors and
-    colors, and for angles text with a unit ("30deg"). Raises CompileError, whose `diagnostics` tell
-    what is wrong and where, also for files that cannot be read.
+    for a program and default values for a stage. `params` are values for a program's parameters,
+    by name: numbers, truth values, text, tuples for vectors and colors, and for angles text with a
+    unit ("30deg"). With a `root`, the file lies in that folder and
+    nothing outside of it is read. `strict` makes warnings errors: a scene is drawn whole or not
+    at all. Raises CompileError, whose `diagnostics` tell what is wrong and where, also for files
+    that cannot be read.
+
+    The rest is about stages (`docs/usd.md`), also those that a program uses. `complexity` says
+    how subdivision meshes are drawn: "low" is their cage, "limit" their limit surface. `purposes`
+    are drawn beside "default". `mask` are paths of prims outside of which nothing of the stage is
+    read, `prim` the only one that is drawn, in place. `variants` are selected in the stage, each
+    written as `/World/Car{color=red}`. With `isolate` stages are imported in a child process, so
+    that a hostile one cannot take this process with it; `deadline` (seconds) and `memory_limit`
+    (bytes) end it, and imply `isolate`.
     """
-    return Scene(compile_path(Path(path), time, complexity, params=params))
+    options = StageOptions(
+        purposes=frozenset({"default", *purposes}),
+        payloads=payloads,
+        complexity=complexity,
+        mask=tuple(mask),
+        variants=tuple(variants),
+    )
+    isolated = isolate or deadline is not None or memory_limit is not None
+    compilation = compile_path(
+        Path(path),
+        time,
+        options,
+        Files(None if root is None else Path(root)),
+        params=params,
+        prim=prim,
+        isolation=Isolation(deadline, memory_limit) if isolated else None,
+    )
+    return Scene(strictly(compilation) if strict else compilation)
 
 
 def compile(

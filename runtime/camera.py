@@ -18,8 +18,8 @@ MARGIN = 1.05
 def choose_camera(ir: SceneIR, camera: str | int | None) -> NDArray[np.void] | None:
     """The camera of that name or number; None: the scene's first one, or None if it has none.
 
-    Returns one `compiler.ir.CAMERA` record, shape (). A name that no camera has may be a number
-    in digits. Raises ValueError naming the cameras.
+    Returns one `compiler.ir.CAMERA` record, shape (). A name that no camera has may be the
+    last part of one's path, or a number in digits. Raises ValueError naming the cameras.
     """
     if camera is None:
         return _record(ir, 0) if len(ir.cameras) else None
@@ -27,6 +27,9 @@ def choose_camera(ir: SceneIR, camera: str | int | None) -> NDArray[np.void] | N
     if isinstance(camera, str):
         if camera in names:
             return _record(ir, names.index(camera))
+        ends = [name.rpartition("/")[2] for name in names]
+        if ends.count(camera) == 1:
+            return _record(ir, ends.index(camera))
         if not camera.isdecimal():
             raise ValueError(f"no camera is named {camera!r}; {_cameras(names)}")
         camera = int(camera)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from compiler.compilation import Compilation, compile_text
+from compiler.usd.options import Isolation
 from dsl.files import FileFault, Files
 from server.models import Program
 from server.settings import Settings
@@ -25,4 +26,12 @@ class NoFiles(Files):
 def compile_program(program: Program, settings: Settings) -> Compilation:
     """Compile a program, confined to the folder for assets. Raises CompileError."""
     files = Files(settings.asset_root) if settings.asset_root is not None else NoFiles()
-    return compile_text(program.source, program.name, files, program.time, params=program.params)
+    isolation = Isolation(settings.max_seconds, settings.max_import_bytes)
+    return compile_text(
+        program.source,
+        program.name,
+        files,
+        program.time,
+        params=program.params,
+        isolation=isolation,
+    )

@@ -31,5 +31,9 @@ class Settings:
     waiting: int = 16
     """Requests that may wait for their turn; the next one is answered 503."""
 
+    max_import_bytes: int = 4 << 30
+    """Most memory that the import of one stage may take; stages are imported in processes of
+    their own, which end with `max_seconds`."""
+
     asset_root: Path | None = None
     """The folder whose files scenes may refer to; None: scenes may refer to none."""

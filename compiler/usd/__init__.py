@@ -18,11 +18,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from compiler.usd.options import StageOptions
+from compiler.usd.options import Isolation, StageOptions
 from dsl.diagnostics import Diagnostic
 from dsl.scene import SceneGraph
 
-__all__ = ["StageOptions", "import_stage"]
+__all__ = ["Isolation", "StageOptions", "import_stage"]
 
 
 def import_stage(
@@ -31,6 +31,7 @@ def import_stage(
     time: float | Literal["earliest"] | None = None,
     prim: str | None = None,
     options: StageOptions = StageOptions(),  # noqa: B008  (frozen)
+    isolation: Isolation | None = None,
 ) -> tuple[SceneGraph, list[Diagnostic]]:
     """Read a stage (.usd, .usda, .usdc, .usdz) as a scene graph, and report all it dropped.
 
@@ -38,8 +39,13 @@ def import_stage(
     restricts the stage to what is at and below that prim, which keeps its place in the stage and
     all that it inherits. Never raises for a stage's faults: those that forbid any picture are
     diagnostics of severity "error" beside an empty scene, all others warnings with a prim path.
-    Not reentrant across threads: imports wait for each other.
+    Not reentrant across threads: imports wait for each other. With `isolation` they run in a
+    child process, and do not.
     """
+    if isolation is not None:
+        from compiler.usd.isolated import import_isolated
+
+        return import_isolated(str(path), time, prim, options, isolation)
     from compiler.usd.stage import read_stage
 
     return read_stage(str(path), time, prim, options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 Complexity = Literal["low", "medium", "high", "veryhigh", "limit"]
@@ -16,10 +17,28 @@ class StageOptions:
     loaded. `complexity` says how subdivision surfaces are drawn: "low" is their cage (as
     usdrecord draws them unless told otherwise), "medium", "high" and "veryhigh" are their limit
     surface at 1, 2 and 3 refinements, and "limit" at as many as suit the number of faces
-    (`compiler.usd.refinement`).
+    (`compiler.usd.refinement`). `mask` are paths of prims outside of which the stage is not
+    populated, none: it is as a whole. `variants` are selected instead of what the stage says,
+    written as USD's paths: `/World/Car{color=red}`. With a `root`, no layer, texture or other
+    asset outside of that folder is read.
     """
 
     purposes: frozenset[str] = frozenset({"default", "render"})
     payloads: bool = True
     complexity: Complexity = "low"
     surroundings: bool = True
+    mask: tuple[str, ...] = ()
+    variants: tuple[str, ...] = ()
+    root: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Isolation:
+    """An import in a child process.
+
+    It ends after `seconds`, and where it takes more than `memory` bytes beyond what usd-core
+    itself needs; None sets no limit. Whatever happens to the child, the caller gets a diagnostic.
+    """
+
+    seconds: float | None = None
+    memory: int | None = None

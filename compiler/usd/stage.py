@@ -10,16 +10,16 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any, Literal
 
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdUtils
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdUtils
 
 from compiler.usd.appearance import Base
 from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
 from compiler.usd.lights import read_light
+from compiler.usd.opening import open_stage, sentence
 from compiler.usd.options import StageOptions
 from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
-from compiler.usd.schema import register
 from compiler.usd.settings import first_camera, read_settings, render_settings
 from compiler.usd.traverse import Inherited, Traversal
 from compiler.usd.xform import world_matrix, world_steps
@@ -32,9 +32,6 @@ _one_at_a_time = threading.Lock()
 
 _LOADED = Usd.PrimIsActive & Usd.PrimIsLoaded
 _PATH = re.compile(r"<(/[^<>]*)>")
-_ADDRESS = re.compile(
-    r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@"
-)
 
 
 def read_stage(
@@ -44,7 +41,7 @@ def read_stage(
     report = Report(path)
     items: list[Node] = []
     with _one_at_a_time, _collected_warnings(report):
-        stage = _open(path, options, report)
+        stage = open_stage(path, options, report)
         if stage is not None:
             items = _import(stage, path, Clock(_checked(time, report)), prim, options, report)
     root = items[0] if len(items) == 1 else Group(tuple(items))
@@ -58,28 +55,6 @@ def _checked(
         report.add("usd-time", f"the time code {time} is not finite")
         return None
     return time
-
-
-def _open(path: str, options: StageOptions, report: Report) -> Any | None:
-    """Open the stage, unless reading it could go wrong for good."""
-    register()
-    load = Usd.Stage.LoadAll if options.payloads else Usd.Stage.LoadNone
-    try:
-        stage = Usd.Stage.Open(path, load)
-    except Tf.ErrorException as error:
-        report.add("usd-open", f"the stage cannot be opened: {_sentence(str(error))}")
-        return None
-    for layer in stage.GetUsedLayers():
-        rate = layer.timeCodesPerSecond
-        if not math.isfinite(rate) or rate <= 0.0:
-            # usd-core never returns from listing the samples of such a layer.
-            report.add(
-                "usd-time",
-                f"`timeCodesPerSecond = {rate:g}` of layer `{layer.GetDisplayName()}` "
-                "is not positive",
-                help="remove it, or set it to the number of time codes in a second, such as 24",
-            )
-    return None if report.failed else stage
 
 
 def _import(
@@ -169,12 +144,5 @@ def _collected_warnings(report: Report) -> Iterator[None]:
             text = found.commentary
             place = _PATH.search(text)
             prim = place.group(1).split(".")[0] if place else "/"
-            report.add("usd-composition", f"usd-core: {_sentence(text)}", prim or "/")
+            report.add("usd-composition", f"usd-core: {sentence(text)}", prim or "/")
         del delegate
-
-
-def _sentence(text: str) -> str:
-    """One line of usd-core's message, without addresses in memory."""
-    quoted = re.search(r": '(.*)'\s*$", text, re.DOTALL)
-    line = " ".join(_ADDRESS.sub("", quoted.group(1) if quoted else text).split())
-    return line[:400].rstrip(".")

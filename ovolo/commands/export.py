@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ovolo.commands.reading import add_reading, params
+from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -23,20 +23,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "of its diameter; 0 writes no meshes; default 0.001",
     )
     add_reading(parser)
+    add_bounds(parser)
     parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
     parser.add_argument("--json", action="store_true", help="print figures as JSON")
 
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Compile, and write the stage."""
-    import ovolo
+    from ovolo.scene import Scene
 
-    scene = ovolo.compile_file(
-        arguments.scene,
-        arguments.time,
-        complexity=arguments.complexity,
-        params=params(arguments),
-    )
+    scene = Scene(read_scene(arguments))
     if not arguments.quiet and not arguments.json:
         print_diagnostics(scene.warnings)
     try:

@@ -7,15 +7,18 @@ import math
 from pathlib import Path
 from typing import get_args
 
-from compiler.compilation import Compilation, compile_path
-from compiler.usd.options import Complexity
+from compiler import compilation
+from compiler.compilation import STAGE_SUFFIXES, Compilation, Time
+from compiler.usd.options import Complexity, Isolation, StageOptions
 from dsl.budget import Limits
 from dsl.files import Files
 from ovolo.exits import Exit, StopError
 
+PURPOSES = ("default", "render", "proxy", "guide")
+
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Declare `--set`, `--time` and `--complexity`."""
+    """Declare how scenes are read, and what of stages."""
     parser.add_argument(
         "--set",
         action="append",
@@ -31,22 +34,50 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="the `time` of a program, default 0; the time code at which a USD stage is read, or "
         '"earliest", default: default values',
     )
-    parser.add_argument(
+    parser.add_argument("--strict", action="store_true", help="take warnings for errors")
+    stage = parser.add_argument_group("USD stages")
+    stage.add_argument(
         "--complexity",
         choices=get_args(Complexity),
         default="low",
-        help="of a stage's subdivision meshes: low is their cage; medium, high and veryhigh are "
+        help="of subdivision meshes: low is their cage; medium, high and veryhigh are "
         "1, 2 and 3 refinements of their limit surface; limit as many as suit their faces",
     )
-
-
-def _time(text: str) -> float | str:
-    if text == "earliest":
-        return text
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError
-    return value
+    stage.add_argument(
+        "--purposes",
+        type=_purposes,
+        default=frozenset({"default", "render"}),
+        metavar="NAMES",
+        help="drawn beside default, separated by commas: render, proxy, guide; default: render",
+    )
+    stage.add_argument("--prim", metavar="PATH", help="draw this prim and those below, in place")
+    stage.add_argument(
+        "--mask",
+        action="append",
+        default=[],
+        metavar="PATHS",
+        help="read only these prims, separated by commas, and those above and below",
+    )
+    stage.add_argument(
+        "--variant",
+        action="append",
+        default=[],
+        metavar="PATH{SET=NAME}",
+        help="select a variant, such as /World/Car{color=red}; may be given several times",
+    )
+    stage.add_argument("--no-payloads", action="store_true", help="do not load payloads")
+    stage.add_argument(
+        "--deadline",
+        type=_positive,
+        metavar="SECONDS",
+        help="import stages in a child process, and for no longer",
+    )
+    stage.add_argument(
+        "--memory",
+        type=_positive,
+        metavar="MEGABYTES",
+        help="import stages in a child process, with no more memory than that",
+    )
 
 
 def params(arguments: argparse.Namespace) -> dict[str, str]:
@@ -78,8 +109,14 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_scene(arguments: argparse.Namespace) -> Compilation:
-    """Compile the scene that the command line names, in the way it says; raises CompileError."""
+def read_scene(
+    arguments: argparse.Namespace, path: Path | None = None, time: Time = None
+) -> Compilation:
+    """Compile a scene, in the way that the command line says; raises CompileError.
+
+    `path` and `time` are those of the command line unless given.
+    """
+    path = arguments.scene if path is None else path
     root: Path | None = arguments.root
     if root is not None and not root.is_dir():
         raise StopError(Exit.FILES, f"`{root}` is no folder")
@@ -91,14 +128,66 @@ def read_scene(arguments: argparse.Namespace) -> Compilation:
     except TypeError:
         known = ", ".join([*Limits.__dataclass_fields__, "file_bytes"])
         raise StopError(Exit.USAGE, "there is no such limit", f"limits are {known}") from None
-    return compile_path(
-        arguments.scene,
-        arguments.time,
-        arguments.complexity,
+    scene = compilation.compile_path(
+        path,
+        arguments.time if time is None else time,
+        _options(arguments, path),
         files,
         allowed,
         params(arguments),
+        prim=arguments.prim,
+        isolation=_isolation(arguments),
     )
+    return compilation.strictly(scene) if arguments.strict else scene
+
+
+def _options(arguments: argparse.Namespace, path: Path) -> StageOptions:
+    mask = tuple(word for words in arguments.mask for word in words.replace(",", " ").split())
+    if path.suffix.lower() not in STAGE_SUFFIXES:
+        for name, given in (
+            ("--mask", mask),
+            ("--variant", arguments.variant),
+            ("--prim", arguments.prim),
+        ):
+            if given:
+                raise StopError(Exit.USAGE, f"`{name}` is for stages, and `{path}` is a program")
+    return StageOptions(
+        purposes=arguments.purposes,
+        payloads=not arguments.no_payloads,
+        complexity=arguments.complexity,
+        mask=mask,
+        variants=tuple(arguments.variant),
+    )
+
+
+def _isolation(arguments: argparse.Namespace) -> Isolation | None:
+    if arguments.deadline is None and arguments.memory is None:
+        return None
+    memory = None if arguments.memory is None else int(arguments.memory * (1 << 20))
+    return Isolation(arguments.deadline, memory)
+
+
+def _time(text: str) -> float | str:
+    if text == "earliest":
+        return text
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError
+    return value
+
+
+def _purposes(text: str) -> frozenset[str]:
+    chosen = frozenset(text.replace(",", " ").split())
+    if not chosen <= set(PURPOSES):
+        raise argparse.ArgumentTypeError(f"purposes are {', '.join(PURPOSES)}, not `{text}`")
+    return chosen | {"default"}
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise ValueError
+    return value
 
 
 def _limit(text: str) -> tuple[str, int]:

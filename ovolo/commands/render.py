@@ -6,13 +6,21 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 from compiler.compilation import Time
 from compiler.ir import INTEGRATORS, PRECISIONS
-from ovolo.commands.reading import add_reading, params
+from dsl.diagnostics import Diagnostic
+from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.frames import numbered, parse_frames
 from ovolo.terminal import print_diagnostics, print_json
+
+if TYPE_CHECKING:
+    from runtime.film import Film
+
+THUMBNAIL = 320
+"""Pixels across a picture of a contact sheet, at most."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -27,18 +35,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="picture to write: .png, .jpg or .exr (with depth, normals and instance numbers); "
         "may be given several times; default: the scene's name with .png, here",
     )
-    parser.add_argument("--width", type=int, metavar="PIXELS")
+    parser.add_argument("--width", "--imageWidth", type=int, metavar="PIXELS")
     parser.add_argument("--height", type=int, metavar="PIXELS")
     parser.add_argument("--samples", type=int, metavar="N", help="camera rays per pixel")
     parser.add_argument("--camera", metavar="NAME", help="name or number of a camera of the scene")
     parser.add_argument("--integrator", choices=INTEGRATORS, help="what a pixel shows")
     parser.add_argument("--precision", choices=PRECISIONS, help="scalar of the intersectors")
     add_reading(parser)
+    add_bounds(parser)
     parser.add_argument(
         "--frames",
         type=parse_frames,
         metavar="FIRST:LAST[xSTEP]",
         help="a sequence: a picture for each of these times; #### in a picture's name is the frame",
+    )
+    parser.add_argument(
+        "--contact-sheet", type=Path, metavar="PATH", help="all frames as small pictures in one"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the sampling; default 0")
     parser.add_argument("--threads", type=int, default=0, metavar="N", help="default: all cores")
@@ -48,42 +60,56 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Render every frame, write every picture asked for, and say what it took."""
+    from runtime.contact_sheet import contact_sheet, thumbnail
     from runtime.film import ImageError, check_path
 
     outputs: list[Path] = arguments.output or [Path(f"{arguments.scene.stem or 'scene'}.png")]
+    sheet: Path | None = arguments.contact_sheet
     try:
-        for output in outputs:
+        for output in [*outputs, *([] if sheet is None else [sheet])]:
             check_path(output)
     except ImageError as error:
         raise StopError(Exit.FILES, str(error)) from None
-    if arguments.frames is None:
-        figures: object = _render(arguments, arguments.time, outputs)
-    else:
-        if arguments.time is not None:
-            raise StopError(Exit.USAGE, "`--time` and `--frames` exclude each other")
-        names = [numbered(output, arguments.frames) for output in outputs]
-        pictures = zip(arguments.frames, zip(*names, strict=True), strict=True)
-        figures = [_render(arguments, float(frame), paths) for frame, paths in pictures]
+    told: set[Diagnostic] = set()
+    figures: list[dict[str, object]] = []
+    small: list[Film] = []
+    for time, paths in _shots(arguments, outputs):
+        film, figure = _render(arguments, time, paths, told)
+        figures.append(figure)
+        if sheet is not None:
+            small.append(thumbnail(film, THUMBNAIL))
+    if sheet is not None:
+        _save(contact_sheet(small), [sheet])
     if arguments.json:
-        print_json(figures)
+        print_json(figures[0] if arguments.frames is None else figures)
     return Exit.OK
 
 
+def _shots(
+    arguments: argparse.Namespace, outputs: Sequence[Path]
+) -> list[tuple[Time, Sequence[Path]]]:
+    """The time of each picture and its names."""
+    if arguments.frames is None:
+        return [(arguments.time, outputs)]
+    if arguments.time is not None:
+        raise StopError(Exit.USAGE, "`--time` and `--frames` exclude each other")
+    names = zip(*(numbered(output, arguments.frames) for output in outputs), strict=True)
+    return [(float(frame), paths) for frame, paths in zip(arguments.frames, names, strict=True)]
+
+
 def _render(
-    arguments: argparse.Namespace, time: Time, outputs: Sequence[Path]
-) -> dict[str, object]:
-    """One picture, under all its names; its figures."""
-    import ovolo
+    arguments: argparse.Namespace, time: Time, outputs: Sequence[Path], told: set[Diagnostic]
+) -> tuple[Film, dict[str, object]]:
+    """One picture, under all its names, and its figures; warnings are `told` once."""
     from ovolo.progress import progress_bar
-    from runtime.film import ImageError
+    from ovolo.scene import Scene
 
     start = perf_counter()
-    scene = ovolo.compile_file(
-        arguments.scene, time, complexity=arguments.complexity, params=params(arguments)
-    )
+    scene = Scene(read_scene(arguments, time=time))
     compiled = perf_counter()
     if not arguments.quiet:
-        print_diagnostics(scene.warnings)
+        print_diagnostics([warning for warning in scene.warnings if warning not in told])
+        told.update(scene.warnings)
     with progress_bar(not arguments.quiet) as progress:
         try:
             film = scene.render(
@@ -99,11 +125,7 @@ def _render(
             )
         except ValueError as error:
             raise StopError(Exit.USAGE, str(error)) from None
-    try:
-        for output in outputs:
-            film.save(output)
-    except ImageError as error:
-        raise StopError(Exit.FILES, str(error)) from None
+    _save(film, outputs)
     seconds = perf_counter() - start
     if not arguments.quiet and not arguments.json:
         print(
@@ -111,7 +133,7 @@ def _render(
             f"{film.samples} spp, {film.rays / 1e6:.3g} Mrays in {film.seconds:.2f} s "
             f"({film.rays / 1e6 / film.seconds:.3g} Mrays/s), {seconds:.2f} s in all"
         )
-    return {
+    return film, {
         "outputs": [str(output) for output in outputs],
         "time": time,
         "width": film.width,
@@ -125,3 +147,13 @@ def _render(
         "seconds": seconds,
         "warnings": len(scene.warnings),
     }
+
+
+def _save(film: Film, outputs: Sequence[Path]) -> None:
+    from runtime.film import ImageError
+
+    try:
+        for output in outputs:
+            film.save(output)
+    except ImageError as error:
+        raise StopError(Exit.FILES, str(error)) from None

@@ -355,7 +355,7 @@ def test_interrupting_ends_with_a_word(run: Run, monkeypatch: pytest.MonkeyPatch
 def test_a_fault_of_ours_says_so(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
     monkeypatch.setattr("compiler.compilation.compile_path", broken)
