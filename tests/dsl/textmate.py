@@ -37,18 +37,21 @@ def _line(grammar: Rule, line: str, opened: list[Rule]) -> list[str]:
     position = 0
     while True:
         inside = opened[-1] if opened else grammar
-        searches = [(_compiled(inside["end"]), None)] if opened else []
+        searches: list[tuple[re.Pattern[str], Rule | None]] = []
+        if opened:
+            searches.append((_compiled(inside["end"]), None))
         rules = _expanded(grammar, inside)
         searches += [(_compiled(rule.get("match") or rule["begin"]), rule) for rule in rules]
         matches = [(m, rule) for p, rule in searches if (m := p.search(body, position))]
         # The earliest counts, and of those the first.
-        match, rule = min(matches, key=lambda each: each[0].start(), default=(None, None))
-        outer = inside.get("name", "") if opened else ""
-        start = match.start() if match else len(line)
+        first = min(matches, key=lambda each: each[0].start(), default=None)
+        outer: str = inside.get("name", "") if opened else ""
+        start = first[0].start() if first else len(line)
         found[position:start] = [outer] * (start - position)
-        if match is None:
+        if first is None:
             return found
-        scope = rule.get("name", outer) if rule is not None else outer
+        match, rule = first
+        scope: str = outer if rule is None else rule.get("name", outer)
         found[start : match.end()] = [scope] * (match.end() - start)
         if rule is None:
             opened.pop()
@@ -57,8 +60,8 @@ def _line(grammar: Rule, line: str, opened: list[Rule]) -> list[str]:
         else:
             assert match.end() > position, "a rule that matches nothing"
             for group, capture in rule.get("captures", {}).items():
-                first, last = match.span(int(group))
-                found[first:last] = [capture["name"]] * (last - first)
+                begin, end = match.span(int(group))
+                found[begin:end] = [capture["name"]] * (end - begin)
         position = match.end()
 
 
