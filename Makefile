@@ -6,6 +6,7 @@ export UV_COMPILE_BYTECODE := 1
 CARGO := cargo --config 'term.quiet=true'
 KERNEL := runtime/kernel
 RUN := uv run --no-sync
+FUZZ_SECONDS ?= 3600
 
 .PHONY: help
 help:  ## Show this help
@@ -47,6 +48,10 @@ test:  ## Set everything up and pass the tests
 	  && (cd $(KERNEL) && cargo test --release --quiet) \
 	  && $(RUN) pytest -n auto --quiet \
 	  && echo "tests passed; wall time $$((SECONDS - start)) s"
+
+.PHONY: fuzz
+fuzz: install  ## Random input against every reader for an hour; FUZZ_SECONDS=60 for less
+	@$(RUN) python -m benchmarks.fuzz --seconds $(FUZZ_SECONDS) --seed $$RANDOM
 
 .PHONY: bench
 bench: install  ## Measure speed and accuracy; records go to benchmarks/record

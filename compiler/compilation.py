@@ -103,7 +103,8 @@ def compile_text(
     seconds = float(time) if isinstance(time, int | float) else 0.0
     if not isfinite(seconds):
         raise ValueError(f"a scene has no time {seconds}")
-    graph, diagnostics = evaluate_source(Source(name, text), files, limits, seconds, params)
+    source = Source(name, text.removeprefix("\ufeff"))
+    graph, diagnostics = evaluate_source(source, files, limits, seconds, params)
     return _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
 
 

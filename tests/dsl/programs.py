@@ -29,7 +29,12 @@ _COMMENTS = {
 
 def programs(comments: bool = True) -> st.SearchStrategy[str]:
     """Programs without faults of syntax."""
-    return st.integers(0, 2**64).map(lambda seed: _Author(Random(seed)).program(comments))
+    return st.integers(0, 2**64).map(lambda seed: text_of(seed, comments))
+
+
+def text_of(seed: int, comments: bool = True) -> str:
+    """The program that grows from a seed."""
+    return _Author(Random(seed)).program(comments)
 
 
 def _spaced(*parts: Words, space: str) -> Words:

@@ -1,0 +1,175 @@
+"""What is fuzzed: each target takes an input and raises where something is wrong with us.
+
+Whatever the input, the answer is a result or diagnostics, in bounded time and memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from compiler.flatten import flatten
+from compiler.ir import COLUMNS, SceneIR
+from compiler.ir_binary import read_ir, write_ir
+from compiler.ir_parse import parse_ir
+from compiler.ir_text import print_ir
+from compiler.provenance import object_path, source_place
+from dsl import ast, lanes
+from dsl.budget import Limits
+from dsl.codes import diagnostic
+from dsl.diagnostics import CompileError, Diagnostic
+from dsl.evaluate import evaluate, evaluate_source
+from dsl.files import FileFault, Files
+from dsl.format import format_source
+from dsl.parser import parse
+from dsl.render_diagnostic import render_diagnostics, to_json
+from dsl.scene import File, Node, SceneGraph
+from dsl.spans import Source, Span
+
+LIMITS = Limits(
+    source_bytes=100_000, steps=50_000, call_depth=100, iterations=2_000, nodes=5_000,
+    list_length=5_000, string_length=1_000, files=4,
+)  # fmt: skip
+"""Small, so that inputs that use up their budget do not use up ours."""
+
+
+class NoFiles(Files):
+    """Every file is missing."""
+
+    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
+        """Raise FileFault."""
+        raise FileFault("file-missing", f"`{path[:40]}` does not exist")
+
+
+def program(text: str) -> None:
+    """Lex, parse, evaluate, flatten; tell what is wrong in every form."""
+    source = Source("scene.ovo", text)
+    graph, found = evaluate_source(source, NoFiles(), LIMITS)
+    assert (graph is None) is any(each.severity == "error" for each in found)
+    if graph is not None:
+        ir, more, _ = flatten(graph, _no_file)
+        assert (ir is None) is any(each.severity == "error" for each in more)
+        found = [*found, *more]
+    _check_told(found, source)
+
+
+def formatter(text: str) -> None:
+    """Formatting is refused for faulty syntax, or keeps the meaning, and changes nothing twice."""
+    source = Source("scene.ovo", text)
+    formatted, faults = format_source(source, LIMITS)
+    assert (formatted is None) == bool(faults)
+    _check_told(faults, source)
+    if formatted is not None:
+        assert meaning(formatted) == meaning(text)
+        assert format_source(Source("scene.ovo", formatted), LIMITS)[0] == formatted
+
+
+def meaning(text: str) -> object:
+    """The syntax tree of a program without its places."""
+
+    def plain(node: object) -> object:
+        if isinstance(node, tuple):
+            return tuple(map(plain, node))
+        if hasattr(node, "__dataclass_fields__"):
+            fields = (getattr(node, name) for name in node.__dataclass_fields__)
+            return (type(node).__name__, *(plain(f) for f in fields if not isinstance(f, Span)))
+        return node
+
+    module, faults = parse(Source("scene.ovo", text))
+    assert not faults
+    return plain(module.body)
+
+
+def ways(text: str) -> None:
+    """A loop evaluated in all iterations at once, and one after the other, is the same scene."""
+    module, faults = parse(Source("scene.ovo", text))
+    assert not faults
+    judge, expected, faults = _compiled(module, 10**9)
+    graph, ir, found = _compiled(module, 1)
+    assert found == faults
+    assert (ir is None) is (expected is None)
+    if expected is None or ir is None or judge is None or graph is None:
+        return
+    assert print_ir(ir) == print_ir(expected)
+    for column in ("world_from_object", "object_from_world", "translation_low"):
+        np.testing.assert_array_equal(getattr(ir, column), getattr(expected, column))
+    count = len(expected.instance_target)
+    for leaf in {0, 1, count // 3, count // 2, count - 2, count - 1}.intersection(range(count)):
+        assert object_path(ir, leaf) == object_path(expected, leaf)
+        assert source_place(ir, leaf, graph.sources) == source_place(expected, leaf, judge.sources)
+
+
+def ir_text(text: str) -> None:
+    """A text of the IR is refused, or printed back as what reads as the same."""
+    try:
+        scene = parse_ir(text)
+    except CompileError as error:
+        _check_told(error.diagnostics, Source("scene.ir", text))
+        return
+    printed = print_ir(scene, sources=True)
+    assert print_ir(parse_ir(printed), sources=True) == printed
+
+
+def ir_binary(content: bytes, path: Path) -> None:
+    """A binary IR, written to `path`, is refused, or written back as what reads as the same."""
+    path.write_bytes(content)
+    try:
+        scene = read_ir(path)
+    except CompileError as error:
+        _check_told(error.diagnostics, None)
+        return
+    other = path.with_suffix(".again")
+    write_ir(scene, other)
+    again = read_ir(other)
+    for name in COLUMNS:
+        assert getattr(scene, name).tobytes() == getattr(again, name).tobytes(), name
+
+
+def _compiled(
+    module: ast.Module, fewest: int
+) -> tuple[SceneGraph | None, SceneIR | None, list[Diagnostic]]:
+    """The scene of a program whose loops of so many iterations are evaluated at once."""
+    with _lanes_from(fewest):
+        graph, found = evaluate(module, NoFiles())
+    if graph is None:
+        return None, None, found
+    ir, more, _ = flatten(graph, _no_file)
+    return graph, ir, found + more
+
+
+@contextmanager
+def _lanes_from(fewest: int) -> Iterator[None]:
+    before, lanes.FEWEST = lanes.FEWEST, fewest
+    try:
+        yield
+    finally:
+        lanes.FEWEST = before
+
+
+def _no_file(file: File) -> tuple[Node | None, list[Diagnostic]]:
+    return None, [diagnostic("file-missing", "there are no files")]
+
+
+def _check_told(found: list[Diagnostic], source: Source | None) -> None:
+    """Diagnostics are few, can be shown, and lie inside of the text."""
+    assert len(found) <= LIMITS.diagnostics + 2
+    render_diagnostics(found)
+    size = len(source.encoded()) if source is not None else 0
+    for each in found:
+        to_json(each)
+        for label in (each.primary, *each.secondary):
+            if label is not None and isinstance(label.place, Span) and label.place.source == source:
+                assert 0 <= label.place.start <= label.place.end <= size
+
+
+TextTarget = Callable[[str], None]
+TEXT_TARGETS: dict[str, TextTarget] = {
+    "program": program,
+    "formatter": formatter,
+    "ways": ways,
+    "ir_text": ir_text,
+}
+"""The targets that take a text."""
