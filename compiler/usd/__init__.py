@@ -16,13 +16,13 @@ This package imports usd-core only when a stage is imported.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from compiler.usd.options import Isolation, StageOptions
 from dsl.diagnostics import Diagnostic
 from dsl.scene import SceneGraph
 
-__all__ = ["Isolation", "StageOptions", "import_stage"]
+__all__ = ["Isolation", "StageOptions", "describe_stage", "import_stage"]
 
 
 def import_stage(
@@ -49,3 +49,21 @@ def import_stage(
     from compiler.usd.stage import read_stage
 
     return read_stage(str(path), time, prim, options)
+
+
+def describe_stage(
+    path: str | Path,
+    *,
+    drawn: list[str],
+    time: float | Literal["earliest"] | None = None,
+    options: StageOptions = StageOptions(),  # noqa: B008  (frozen)
+    isolation: Isolation | None = None,
+) -> dict[str, Any]:
+    """What a stage holds, beside the prims that were `drawn` (`compiler.usd.summary`)."""
+    if isolation is not None:
+        from compiler.usd.isolated import summarize_isolated
+
+        return summarize_isolated(str(path), time, options, drawn, isolation)
+    from compiler.usd.summary import summarize_stage
+
+    return summarize_stage(str(path), time, options, drawn)

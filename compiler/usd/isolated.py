@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 from compiler.usd.options import Isolation, StageOptions
 from compiler.usd.transfer import from_bytes, to_bytes
@@ -30,28 +30,58 @@ def import_isolated(
     isolation: Isolation,
 ) -> tuple[SceneGraph, list[Diagnostic]]:
     """As `compiler.usd.import_stage`; what becomes of the child is among the diagnostics."""
+    order = _Order("import", (path, time, prim, options))
+    content, fault = _done(path, order, isolation)
+    if content is not None:
+        return from_bytes(content)
+    return SceneGraph(Group(()), path, {path: ""}), [] if fault is None else [fault]
+
+
+def summarize_isolated(
+    path: str,
+    time: float | Literal["earliest"] | None,
+    options: StageOptions,
+    drawn: list[str],
+    isolation: Isolation,
+) -> dict[str, Any]:
+    """As `compiler.usd.summary.summarize_stage`; empty whatever goes wrong."""
+    content, _ = _done(path, _Order("summarize", (path, time, options, drawn)), isolation)
+    return pickle.loads(content) if content is not None else {}
+
+
+class _Order(NamedTuple):
+    """What a child is to do."""
+
+    task: Literal["import", "summarize"]
+    arguments: tuple[Any, ...]
+
+
+def _done(path: str, order: _Order, isolation: Isolation) -> tuple[bytes | None, Diagnostic | None]:
+    """What the child answers, or what became of it."""
     with TemporaryDirectory(prefix="ovolo-") as folder:
-        answer = Path(folder) / "graph"
-        order = pickle.dumps((path, time, prim, options, isolation, str(answer)))
+        answer = Path(folder) / "answer"
         # The folder of our packages, and the parent's own way to all others.
         start = f"import sys; sys.path[:0] = {[str(_ROOT), *sys.path]!r}"
         try:
             done = subprocess.run(
                 [sys.executable, "-c", f"{start}\nfrom {__name__} import serve; serve()"],
-                input=order,
+                input=pickle.dumps((order, isolation.memory, str(answer))),
                 capture_output=True,
                 timeout=isolation.seconds,
             )
         except subprocess.TimeoutExpired:
             message = f"the stage is not imported after {isolation.seconds:g} s"
-            return _failed(path, "usd-deadline", message, "allow more time, or less of the stage")
+            return None, _fault(path, "usd-deadline", message, "allow more time, or less of it")
         if done.returncode == 0:
-            return from_bytes(answer.read_bytes())
+            return answer.read_bytes(), None
         out = done.stderr.decode(errors="replace")
         if isolation.memory is not None and (done.returncode == _MEMORY or "bad_alloc" in out):
             message = f"the stage needs more than {isolation.memory:,} bytes to be imported"
-            return _failed(path, "usd-memory", message, "allow more, or less of the stage")
-        return _failed(path, "usd-crash", f"usd-core fails at this stage ({_end(done.returncode)})")
+            return None, _fault(path, "usd-memory", message, "allow more, or less of the stage")
+        message = f"usd-core fails at this stage ({_end(done.returncode)})"
+        limited = isolation.memory is not None
+        help = "more memory may mend it" if limited else None
+        return None, _fault(path, "usd-crash", message, help)
 
 
 def _end(code: int) -> str:
@@ -60,23 +90,24 @@ def _end(code: int) -> str:
     return f"exit code {code}"
 
 
-def _failed(
-    path: str, code: str, message: str, help: str | None = None
-) -> tuple[SceneGraph, list[Diagnostic]]:
-    return SceneGraph(Group(()), path, {path: ""}), [
-        diagnostic(code, message, PrimPlace(path, "/"), help=help)
-    ]
+def _fault(path: str, code: str, message: str, help: str | None) -> Diagnostic:
+    return diagnostic(code, message, PrimPlace(path, "/"), help=help)
 
 
 def serve() -> None:
-    """What the child does: read an order, import, write the answer to a file."""
-    path, time, prim, options, isolation, answer = pickle.loads(sys.stdin.buffer.read())
+    """What the child does: read an order, carry it out, write the answer to a file."""
+    order, memory, answer = pickle.loads(sys.stdin.buffer.read())
     from compiler.usd.stage import read_stage
+    from compiler.usd.summary import summarize_stage
 
-    if isolation.memory is not None:
-        _limit_memory(isolation.memory)
+    if memory is not None:
+        _limit_memory(memory)
     try:
-        Path(answer).write_bytes(to_bytes(*read_stage(path, time, prim, options)))
+        if order.task == "import":
+            content = to_bytes(*read_stage(*order.arguments))
+        else:
+            content = pickle.dumps(summarize_stage(*order.arguments))
+        Path(answer).write_bytes(content)
     except MemoryError:
         sys.exit(_MEMORY)
 

@@ -27,7 +27,7 @@ from dsl.diagnostics import Diagnostic
 from dsl.scene import Group, Instances, Node, Origin, SceneGraph, Settings, Transform
 from dsl.spans import PrimPlace
 
-_one_at_a_time = threading.Lock()
+one_at_a_time = threading.Lock()
 """usd-core hands its warnings to the process, not to who asked: one import at a time sees them."""
 
 _LOADED = Usd.PrimIsActive & Usd.PrimIsLoaded
@@ -40,7 +40,7 @@ def read_stage(
     """See `compiler.usd.import_stage`."""
     report = Report(path)
     items: list[Node] = []
-    with _one_at_a_time, _collected_warnings(report):
+    with one_at_a_time, collected_warnings(report):
         stage = open_stage(path, options, report)
         if stage is not None:
             items = _import(stage, path, Clock(_checked(time, report)), prim, options, report)
@@ -134,7 +134,7 @@ def _placed(prim: Any, traversal: Traversal, name: str) -> list[Node]:
 
 
 @contextmanager
-def _collected_warnings(report: Report) -> Iterator[None]:
+def collected_warnings(report: Report) -> Iterator[None]:
     """Take usd-core's own warnings into the report instead of onto stderr."""
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:

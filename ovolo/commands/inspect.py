@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from compiler.compilation import Compilation
+from compiler.compilation import STAGE_SUFFIXES, Compilation
 from ovolo.commands.reading import add_bounds, add_reading, read_scene
+from ovolo.commands.stage_table import print_stage
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
 
@@ -34,15 +35,38 @@ def run(arguments: argparse.Namespace) -> Exit:
     if arguments.picture:
         return _draw(compilation)
     figures = compilation.figures()
+    stage = _stage(arguments, compilation)
     if arguments.json:
         from dsl.render_diagnostic import to_json
 
+        figures = {**figures, **({"stage": stage} if stage else {})}
         print_json({**figures, "diagnostics": [to_json(w) for w in compilation.warnings]})
     else:
         print_diagnostics(compilation.warnings)
         for title, words in _lines(figures):
             print(f"{title:<12}{words}")
+        if stage:
+            print()
+            print_stage(stage)
     return Exit.OK
+
+
+def _stage(arguments: argparse.Namespace, compilation: Compilation) -> dict[str, Any]:
+    """What the stage holds that was drawn; empty for a program."""
+    path, reader = arguments.scene, compilation.reader
+    if path.suffix.lower() not in STAGE_SUFFIXES:
+        return {}
+    from compiler.usd import describe_stage
+
+    origins = compilation.ir.origins
+    drawn = {compilation.ir.text(int(prim)) for prim in origins["prim"] if prim >= 0}
+    return describe_stage(
+        path,
+        time=reader.time,
+        drawn=sorted(drawn),
+        options=reader.options,
+        isolation=reader.isolation,
+    )
 
 
 def _draw(compilation: Compilation) -> Exit:

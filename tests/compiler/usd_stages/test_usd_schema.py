@@ -98,7 +98,8 @@ def test_an_applied_schema_bevels_the_solids_of_usd(
          "value-bevel", "2·bevel = 1.2 exceeds r1 − r0 = 1"),
         ('def Cube "s" (prepend apiSchemas = ["OvoloBevelAPI"]) {\ndouble ovolo:bevel = 1.5\n}',
          "value-bevel", "2·bevel = 3 exceeds x1 − x0 = 2"),
-        ('def OvoloWedge "s" {\ndouble2 phi = (90, 0)\n}', "value-order", "phi0 = 90° is not below"),
+        ('def OvoloWedge "s" {\ndouble2 phi = (90, 0)\n}',
+         "value-order", "phi0 = 90° is not below"),
         ('def OvoloDisc "s" {\ndouble radius = nan\n}', "value-not-finite", "radius = nan"),
     ],
 )  # fmt: skip
