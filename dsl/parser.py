@@ -16,13 +16,20 @@ from dsl.expression_parser import ExpressionParser
 from dsl.lexer import tokenize
 from dsl.spans import Source, Span
 from dsl.token_reader import Abandon, SyntaxFault
+from dsl.tokens import Token
 
 
 def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, list[Diagnostic]]:
     """The syntax tree of a source, complete but for what the diagnostics are about."""
     tokens, diagnostics = tokenize(source, limits)
-    parser = _Parser(source, tokens, diagnostics, limits)
-    return parser.module(), diagnostics
+    return parse_tokens(source, tokens, diagnostics, limits), diagnostics
+
+
+def parse_tokens(
+    source: Source, tokens: list[Token], diagnostics: list[Diagnostic], limits: Limits
+) -> ast.Module:
+    """The syntax tree of a source in words; `diagnostics` receives the faults."""
+    return _Parser(source, tokens, diagnostics, limits).module()
 
 
 class _Parser(ExpressionParser):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from dsl import ast
+from dsl.garbage import seldom_collecting
 from dsl.language_service.meaning import METHODS, Meaning, Reader
 from dsl.language_service.program import Defined, Program, walk
 from dsl.language_service.project import Project
@@ -52,6 +53,7 @@ def index(project: Project, program: Program) -> Index:
 class Index:
     """All occurrences in a program, in order of their places."""
 
+    @seldom_collecting()
     def __init__(self, project: Project, program: Program) -> None:
         self.reader = Reader(project, program)
         self.program = program

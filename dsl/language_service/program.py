@@ -10,12 +10,11 @@ from typing import Any
 from dsl import ast
 from dsl.budget import DEFAULT_LIMITS
 from dsl.builtins import BUILTINS
-from dsl.diagnostics import Diagnostic
+from dsl.garbage import seldom_collecting
 from dsl.lexer import tokenize
-from dsl.parser import parse
+from dsl.parser import parse_tokens
 from dsl.resolve import Resolution, resolve
 from dsl.spans import Source, Span
-from dsl.tokens import Token
 from dsl.values import Binding
 
 NAMES: dict[str, Binding] = {**BUILTINS, "time": Binding("time", value=0.0)}
@@ -26,14 +25,14 @@ Defined = ast.Definition | ast.Parameter | ast.LoopVariable
 
 
 class Program:
-    """One version of one file."""
+    """One version of one file: its words (the last of kind "end"), its tree, their faults."""
 
+    @seldom_collecting()
     def __init__(self, path: str, text: str) -> None:
         self.path = path
         self.source = Source(path, text)
-        self.module: ast.Module
-        self.faults: list[Diagnostic]
-        self.module, self.faults = parse(self.source)
+        self.tokens, self.faults = tokenize(self.source, DEFAULT_LIMITS)
+        self.module = parse_tokens(self.source, self.tokens, self.faults, DEFAULT_LIMITS)
         # What has been found out about it, and from which versions of the files that it uses.
         self.remembered: tuple[tuple[Program, ...], Any] | None = None
 
@@ -43,11 +42,7 @@ class Program:
         return self.source.encoded()
 
     @cached_property
-    def tokens(self) -> list[Token]:
-        """The words, the last one of kind "end"."""
-        return tokenize(self.source, DEFAULT_LIMITS)[0]
-
-    @cached_property
+    @seldom_collecting()
     def resolution(self) -> Resolution:
         """What the names refer to."""
         return resolve(self.module, NAMES, DEFAULT_LIMITS.diagnostics)

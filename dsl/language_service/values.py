@@ -9,6 +9,7 @@ from dsl import ast
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic, Label
 from dsl.evaluate import evaluate, in_order
+from dsl.garbage import seldom_collecting
 from dsl.language_service.program import Program
 from dsl.language_service.project import Project
 from dsl.spans import Span
@@ -30,6 +31,7 @@ class Evaluation:
     values: Values
 
 
+@seldom_collecting()
 def evaluate_program(
     project: Project, program: Program, limits: Limits = TYPING_LIMITS
 ) -> Evaluation:
