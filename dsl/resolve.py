@@ -76,7 +76,7 @@ class _Resolver:
         frame.later.pop(name, None)
 
     def use(self, node: ast.Name, frame: _Frame) -> None:
-        known: set[str] = set()
+        scopes: list[_Frame] = []
         later: tuple[Span, str] | None = None
         scope: _Frame | None = frame
         while scope is not None:
@@ -85,12 +85,13 @@ class _Resolver:
                 self.result.uses[node] = binding
                 return
             later = later or scope.later.get(node.name)
-            known.update(scope.names)
+            scopes.append(scope)
             scope = scope.parent
         if len(self.result.diagnostics) > self.limit:
             return
         message = f"nothing here is named `{node.name}`"
         if later is None:
+            known = {name for scope in scopes for name in scope.names}
             self.report("name-unknown", message, node.span, did_you_mean(node.name, known))
         else:
             place, help = later
