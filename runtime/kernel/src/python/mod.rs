@@ -21,11 +21,30 @@ use crate::scene::{Scene, SceneError};
 /// A scene prepared for tracing; immutable and safe to share between threads.
 #[pyclass(frozen, module = "runtime._kernel")]
 struct Kernel {
-    scene: Box<dyn Find>,
+    scene: Prepared,
     appearance: Appearance,
     set: InstructionSet,
-    nbytes: usize,
-    bounds: Bounds,
+    /// Bytes of the IR that had to be copied.
+    copied: usize,
+}
+
+/// A scene of either precision.
+enum Prepared {
+    Single(Scene<f32>),
+    Double(Scene<f64>),
+}
+
+impl Prepared {
+    fn as_find(&self) -> &dyn Find {
+        match self {
+            Prepared::Single(scene) => scene,
+            Prepared::Double(scene) => scene,
+        }
+    }
+}
+
+fn refused(error: SceneError) -> PyErr {
+    PyValueError::new_err(error.0)
 }
 
 #[pymethods]
@@ -36,37 +55,38 @@ impl Kernel {
         let set = instruction_set(isa)?;
         let appearance = render::appearance(ir)?;
         let (arrays, copied) = arrays::scene_arrays(ir)?;
-        let refused = |error: SceneError| PyValueError::new_err(error.0);
-        let py = ir.py();
-        match precision {
-            "float32" => {
-                let scene = py
-                    .detach(|| Scene::<f32>::new(arrays, set))
-                    .map_err(refused)?;
-                Ok(Kernel {
-                    set,
-                    nbytes: scene.nbytes() + copied,
-                    bounds: scene.bounds(),
-                    appearance,
-                    scene: Box::new(scene),
-                })
-            }
-            "float64" => {
-                let scene = py
-                    .detach(|| Scene::<f64>::new(arrays, set))
-                    .map_err(refused)?;
-                Ok(Kernel {
-                    set,
-                    nbytes: scene.nbytes() + copied,
-                    bounds: scene.bounds(),
-                    appearance,
-                    scene: Box::new(scene),
-                })
-            }
-            other => Err(PyValueError::new_err(format!(
-                "precision is \"float32\" or \"float64\", not {other:?}"
-            ))),
+        let prepare = || match precision {
+            "float32" => Scene::new(arrays, set).map(Prepared::Single),
+            _ => Scene::new(arrays, set).map(Prepared::Double),
+        };
+        if !["float32", "float64"].contains(&precision) {
+            return Err(PyValueError::new_err(format!(
+                "precision is \"float32\" or \"float64\", not {precision:?}"
+            )));
         }
+        let scene = ir.py().detach(prepare).map_err(refused)?;
+        Ok(Kernel {
+            scene,
+            appearance,
+            set,
+            copied,
+        })
+    }
+
+    fn updated(&self, ir: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+        let appearance = render::appearance(ir)?;
+        let (arrays, copied) = arrays::scene_arrays(ir)?;
+        let prepare = || match &self.scene {
+            Prepared::Single(scene) => scene.updated(arrays).map(Prepared::Single),
+            Prepared::Double(scene) => scene.updated(arrays).map(Prepared::Double),
+        };
+        let scene = ir.py().detach(prepare).map_err(refused)?;
+        Ok(Kernel {
+            scene,
+            appearance,
+            set: self.set,
+            copied,
+        })
     }
 
     #[getter]
@@ -76,12 +96,19 @@ impl Kernel {
 
     #[getter]
     fn nbytes(&self) -> usize {
-        self.nbytes
+        let nbytes = match &self.scene {
+            Prepared::Single(scene) => scene.nbytes(),
+            Prepared::Double(scene) => scene.nbytes(),
+        };
+        nbytes + self.copied
     }
 
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let Bounds { lower, upper } = self.bounds;
+        let Bounds { lower, upper } = match &self.scene {
+            Prepared::Single(scene) => scene.bounds(),
+            Prepared::Double(scene) => scene.bounds(),
+        };
         Ok(PyArray2::from_vec2(py, &[lower.to_vec(), upper.to_vec()])?)
     }
 
@@ -96,7 +123,7 @@ impl Kernel {
         threads: usize,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let rays = trace::Rays::new(origins, directions, t_min, t_max)?;
-        trace::closest(py, self.scene.as_ref(), &rays, threads)
+        trace::closest(py, self.scene.as_find(), &rays, threads)
     }
 
     #[pyo3(signature = (origins, directions, t, instance, primitive, threads=0))]
@@ -114,7 +141,7 @@ impl Kernel {
         let origins = Rows::new("origins", origins)?;
         let directions = Rows::new("directions", directions)?;
         let found = trace::Founds::new(t, instance, primitive)?;
-        let scene = self.scene.as_ref();
+        let scene = self.scene.as_find();
         trace::surfaces(py, scene, &origins, &directions, &found, threads)
     }
 
@@ -129,7 +156,7 @@ impl Kernel {
         threads: usize,
     ) -> PyResult<Answers<'py, bool>> {
         let rays = trace::Rays::new(origins, directions, t_min, t_max)?;
-        trace::occluded(py, self.scene.as_ref(), &rays, threads)
+        trace::occluded(py, self.scene.as_find(), &rays, threads)
     }
 
     #[pyo3(signature = (
@@ -162,7 +189,7 @@ impl Kernel {
             progress,
             set: self.set,
         };
-        render::render(py, self.scene.as_ref(), &self.appearance, &request)
+        render::render(py, self.scene.as_find(), &self.appearance, &request)
     }
 }
 

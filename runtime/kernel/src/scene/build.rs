@@ -1,7 +1,10 @@
 //! From flat arrays to a [`Scene`].
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::arrays::{Affine, SceneArrays};
+use super::heirloom::Heirlooms;
 use super::mesh::Mesh;
 use super::validate::{range, validate};
 use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
@@ -13,10 +16,12 @@ use crate::shapes::{Shape, ShapeKind};
 pub(super) fn build<F: Scalar>(
     arrays: SceneArrays,
     set: InstructionSet,
+    before: Option<&Scene<F>>,
 ) -> Result<Scene<F>, SceneError> {
     let checked = validate(&arrays)?;
-    let (prototypes, hulls) = prototypes(&arrays)?;
-    let mut groups: Vec<Option<Group>> = arrays.group_ranges.iter().map(|_| None).collect();
+    let mut heirlooms = Heirlooms::new(before, &arrays);
+    let (prototypes, hulls) = prototypes(&arrays, &mut heirlooms)?;
+    let mut groups: Vec<Option<Arc<Group>>> = arrays.group_ranges.iter().map(|_| None).collect();
     let mut group_hulls: Vec<Hull> = groups.iter().map(|_| Hull::Boxes(Vec::new())).collect();
     for &index in &checked.order {
         let ends = arrays.group_ranges[index];
@@ -36,25 +41,30 @@ pub(super) fn build<F: Scalar>(
                 }
             })
             .collect();
-        let group = group(&arrays, &checked.leaf_counts, range, &placed)?;
+        let group = match heirlooms.group(index) {
+            Some(group) => group,
+            None => Arc::new(group(&arrays, &checked.leaf_counts, range, &placed)?),
+        };
         group_hulls[index] = Hull::of_tree(&group.tree, &group.bounds, !group.unbounded.is_empty());
         groups[index] = Some(group);
     }
     Ok(Scene {
         set,
-        instance_target: arrays.instance_target,
-        world_from_object: arrays.world_from_object,
-        object_from_world: arrays.object_from_world,
-        translation_low: arrays.translation_low,
-        instance_material: arrays.instance_material,
+        instance_target: arrays.instance_target.clone(),
+        world_from_object: arrays.world_from_object.clone(),
+        object_from_world: arrays.object_from_world.clone(),
+        translation_low: arrays.translation_low.clone(),
+        instance_material: arrays.instance_material.clone(),
         prototypes,
         groups: groups.into_iter().flatten().collect(),
         leaf_count: checked.leaf_counts[0],
+        made_from: arrays,
     })
 }
 
 fn prototypes<F: Scalar>(
     arrays: &SceneArrays,
+    heirlooms: &mut Heirlooms<F>,
 ) -> Result<(Vec<Prototype<F>>, Vec<Hull>), SceneError> {
     let mut prototypes = Vec::with_capacity(arrays.prototype_kind.len());
     let mut hulls = Vec::with_capacity(arrays.prototype_kind.len());
@@ -75,7 +85,7 @@ fn prototypes<F: Scalar>(
                     [data, data.saturating_add(1)],
                     arrays.mesh_ranges.len(),
                 )?;
-                mesh_prototype(arrays, mesh.start)?
+                mesh_prototype(arrays, mesh.start, heirlooms)?
             }
             Some(kind) => {
                 let end = data.saturating_add(kind.parameter_count() as i64);
@@ -93,8 +103,12 @@ fn prototypes<F: Scalar>(
 fn mesh_prototype<F: Scalar>(
     arrays: &SceneArrays,
     mesh: usize,
+    heirlooms: &mut Heirlooms<F>,
 ) -> Result<(Prototype<F>, Hull), SceneError> {
-    let mesh = Mesh::new(arrays, mesh)?;
+    let mesh = match heirlooms.mesh(mesh) {
+        Some(mesh) => mesh,
+        None => Arc::new(Mesh::new(arrays, mesh)?),
+    };
     let bounds = mesh.bounds();
     let hull = Hull::of_tree(&mesh.tree, &bounds, false);
     let prototype = Prototype {

@@ -4,11 +4,14 @@
 //! shapes are shared by all their instances. Matrices stay where the IR has them.
 mod arrays;
 mod build;
+mod heirloom;
 mod mesh;
 mod validate;
 
 pub use arrays::{Affine, Buffer, SceneArrays};
 pub use mesh::{BLOCK, Mesh, TriangleBlock};
+
+use std::sync::Arc;
 
 use crate::bvh::{Bounds, NormalSpace, Tree};
 use crate::lanes::InstructionSet;
@@ -37,9 +40,11 @@ pub struct Scene<F: Scalar> {
     pub(crate) translation_low: Buffer<[f32; 3]>,
     pub(crate) instance_material: Buffer<i32>,
     pub(crate) prototypes: Vec<Prototype<F>>,
-    pub(crate) groups: Vec<Group>,
+    pub(crate) groups: Vec<Arc<Group>>,
     /// Leaves of the root.
     pub(crate) leaf_count: i64,
+    /// What it was made from, for scenes that come after it.
+    made_from: SceneArrays,
 }
 
 /// What is instanced.
@@ -52,7 +57,7 @@ pub(crate) struct Prototype<F: Scalar> {
 
 pub(crate) enum Geometry<F: Scalar> {
     Shape(Shape<F>),
-    Mesh(Mesh<F>),
+    Mesh(Arc<Mesh<F>>),
 }
 
 /// Instances under one tree.
@@ -127,7 +132,14 @@ impl Anchor {
 impl<F: Scalar> Scene<F> {
     /// Validates and prepares a scene. Errors name what is wrong with the arrays.
     pub fn new(arrays: SceneArrays, set: InstructionSet) -> Result<Scene<F>, SceneError> {
-        build::build(arrays, set)
+        build::build(arrays, set, None)
+    }
+
+    /// Prepares another scene, likely to be much like this one: shares with it the trees of meshes
+    /// that both have, and those of groups whose instances have not changed. The same as `new` but
+    /// for the time it takes.
+    pub fn updated(&self, arrays: SceneArrays) -> Result<Scene<F>, SceneError> {
+        build::build(arrays, self.set, Some(self))
     }
 
     /// World-space box of all bounded leaves.
