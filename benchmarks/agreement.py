@@ -96,7 +96,7 @@ class Judge:
         truth = self.interpreted(rays)
         kernel = Kernel(self.ir, precision)
         t, leaf, primitive = kernel.trace(*rays)
-        normal, position, prototype, material = kernel.surface(
+        normal, position, prototype, material, _ = kernel.surface(
             rays.origins, rays.directions, t, leaf, primitive
         )
         traced = Answer(t, normal, position, leaf, material.astype(np.int64))

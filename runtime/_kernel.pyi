@@ -25,6 +25,12 @@ class Kernel:
     """
 
     def __new__(cls, ir: SceneIR, precision: str, isa: str | None = None) -> Kernel: ...
+    def updated(self, ir: SceneIR) -> Kernel:
+        """The kernel for another scene, with the precision and instruction set of this one.
+
+        The same as a new one but for the time it takes: meshes of equal content, and groups whose
+        instances stand where they stood, keep their trees, which both kernels share.
+        """
     @property
     def isa(self) -> str: ...
     @property
@@ -68,11 +74,13 @@ class Kernel:
         NDArray[np.float64],
         NDArray[np.int32],
         NDArray[np.int32],
+        NDArray[np.float64],
     ]:
         """The surfaces where `trace` has found these rays to hit.
 
-        Returns normal (n, 3), position (n, 3), prototype (n,), material (n,). A miss, or an
-        instance or primitive that there is not, has NaN and -1.
+        Returns normal (n, 3), position (n, 3), prototype (n,), material (n,), offset (n,): rays
+        that leave `position` start that far along, or against, the normal. A miss, or an
+        instance or primitive that there is not, has NaN, -1 and 0.
         """
 
     def occluded(

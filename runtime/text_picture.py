@@ -32,6 +32,6 @@ def text_picture(ir: SceneIR) -> str:
     origins = (window if orthographic else 0.0 * window) @ turn.T + place.T
     directions = (axis if orthographic else window + axis) @ turn.T
     found = kernel.trace(origins, directions, camera["near"][None], camera["far"][None])
-    _, _, prototype, _ = kernel.surface(origins, directions, *found)
+    _, _, prototype, *_ = kernel.surface(origins, directions, *found)
     rows = _LETTERS[np.minimum(prototype, 25)].reshape(ROWS, COLUMNS)
     return "".join("".join(row) + "\n" for row in rows)

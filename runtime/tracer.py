@@ -56,6 +56,7 @@ class Surface(NamedTuple):
     position: FloatArray
     prototype: NDArray[np.int32]
     material: NDArray[np.int32]
+    offset: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,26 @@ class Hits:
     def material(self) -> NDArray[np.int32]:
         """(n,) row of the IR's materials."""
         return self._surface.material
+
+    @property
+    def offset(self) -> FloatArray:
+        """(n,) how far off `position`, along the normal, rounding cannot reach: see `spawn`."""
+        return self._surface.offset
+
+    def spawn(self, directions: ArrayLike) -> FloatArray:
+        """(n, 3) origins for rays that leave the surfaces in these directions, (n, 3) or (3,).
+
+        Each is `position`, moved by `offset` along the normal to the side that the ray goes to, so
+        that it neither meets its own surface falsely nor slips through it: at any scale, through
+        any instance transforms. Rounding bounds the offset, no constant does. A miss has NaN.
+        Raises ValueError as `Tracer.trace`.
+        """
+        vectors = np.broadcast_to(_vectors("directions", directions, False), self.normal.shape)
+        outward = np.einsum("ij,ij->i", vectors, self.normal)
+        origins: FloatArray = (
+            self.position + np.copysign(self.offset, outward)[:, None] * self.normal
+        )
+        return origins
 
     def __reduce__(self) -> tuple[type[Hits], tuple[object, ...]]:
         return Hits, (self.t, self.instance, partial(Surface, *self._surface))
@@ -136,7 +157,11 @@ class Tracer:
 
         if precision not in ("float32", "float64"):
             raise ValueError(f'precision is "float32" or "float64", not {precision!r}')
-        kernel = Kernel(ir, precision, isa)
+        self._prepare(Kernel(ir, precision, isa), threads)
+
+    def _prepare(self, kernel: Kernel, threads: int) -> None:
+        self._kernel: Kernel | None = kernel
+        self._threads = threads
         self._trace: Callable[..., Hits] = partial(_closest, kernel, threads)
         self._occluded: Callable[..., NDArray[np.bool_]] = partial(kernel.occluded, threads=threads)
 
@@ -144,7 +169,21 @@ class Tracer:
     def over(cls, backend: Backend) -> Tracer:
         """Another backend, such as `runtime.reference.ReferenceTracer`, behind the same face."""
         tracer = cls.__new__(cls)
+        tracer._kernel, tracer._threads = None, 0
         tracer._trace, tracer._occluded = partial(_in_full, backend), backend.occluded
+        return tracer
+
+    def updated(self, ir: SceneIR) -> Tracer:
+        """A tracer for another scene that is much like this one's: edited, or the next frame.
+
+        It answers as `Tracer(ir, …)` would, and is ready sooner: the trees of meshes and groups
+        that both scenes have are shared, and only what moved or is new is built. This tracer stays
+        as it is. Raises ValueError for a tracer `over` another backend.
+        """
+        if self._kernel is None:
+            raise ValueError("only tracers of the kernel can be updated")
+        tracer = Tracer.__new__(Tracer)
+        tracer._prepare(self._kernel.updated(ir), self._threads)
         return tracer
 
     def trace(
@@ -192,7 +231,10 @@ def _closest(
 
 def _in_full(backend: Backend, *rays: FloatArray) -> Hits:
     t, normal, position, instance, prototype, material = backend.trace(*rays)
-    return Hits(t, instance, partial(Surface, normal, position, prototype, material))
+    # Such a backend rounds no more than what it is given and its answer.
+    size = np.abs(rays[0]).max(axis=1, initial=0) + np.abs(position).max(axis=1, initial=0)
+    offset = np.nan_to_num(size) * 2.0**-48
+    return Hits(t, instance, partial(Surface, normal, position, prototype, material, offset))
 
 
 def _rays(

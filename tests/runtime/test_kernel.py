@@ -145,7 +145,7 @@ def trace(
     """Closest hits; asserts that `occluded` agrees about which rays hit."""
     o, d = rays(origins, directions)
     t, instance, primitive = kernel.trace(o, d, bound(t_min), bound(t_max), threads)
-    normal, position, *numbers = kernel.surface(o, d, t, instance, primitive, threads)
+    normal, position, *numbers, _ = kernel.surface(o, d, t, instance, primitive, threads)
     hits = Hits(t, normal, position, instance, *numbers)
     occluded = kernel.occluded(o, d, bound(t_min), bound(t_max), threads)
     np.testing.assert_array_equal(occluded, hits.instance >= 0)
@@ -384,7 +384,9 @@ def test_a_mesh_is_watertight_and_shared(precision: str) -> None:
     hits = trace(kernel, o, [0, -1, 0])
     assert np.all(hits.instance == 4)
     np.testing.assert_array_less(0, hits.normal[:, 1])
-    np.testing.assert_allclose(hits.position[:, [0, 2]], o[:, [0, 2]], atol=1e-6)
+    # Next to an edge the point keeps some units away from it.
+    atol = {"float32": 8e-6, "float64": 1e-13}[precision]
+    np.testing.assert_allclose(hits.position[:, [0, 2]], o[:, [0, 2]], atol=atol)
 
 
 def test_zero_scale_is_never_hit(precision: str) -> None:
@@ -517,7 +519,7 @@ def test_surfaces_of_hits_that_cannot_be_are_misses() -> None:
     o, d = rays([[0.2, 0.2, 1.0]] * 4, [0.0, 0.0, -1.0])
     instance = np.array([0, 1, -5, 0])
     primitive = np.array([0, 0, 0, 1], np.uint32)
-    normal, position, prototype, material = kernel.surface(o, d, np.ones(4), instance, primitive)
+    normal, position, prototype, material, _ = kernel.surface(o, d, np.ones(4), instance, primitive)
     assert prototype.tolist() == [0, -1, -1, -1]
     assert (material[1:] == -1).all()
     assert np.isnan(position[1:]).all()

@@ -110,7 +110,7 @@ def test_hits_say_how_many_there_are() -> None:
     nowhere = np.zeros((3, 3))
     numbers = np.array([-1, 7, 4], np.int32)
     t = np.array([np.inf, 2.0, 0.5])
-    surface = Surface(nowhere, nowhere, numbers, numbers)
+    surface = Surface(nowhere, nowhere, numbers, numbers, t)
     hits = Hits(t, numbers.astype(np.int64), lambda: surface)
     assert len(hits) == 3
     assert hits.hit.tolist() == [False, True, True]

@@ -1,4 +1,6 @@
 //! Rays, hits, and the one interface between who traces and who shades.
+use crate::instance::dot;
+use crate::lanes::axes;
 
 /// A half-line in world space. Directions are not normalised: `t` is in their units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +27,8 @@ pub struct Hit {
     /// World-space unit geometric normal, outward, not flipped towards the ray.
     pub normal: [f64; 3],
     /// A ray that leaves `position` starts this far along (or against) `normal`, so that it
-    /// neither hits its own surface falsely nor leaks: an error bound, not a guess.
+    /// neither hits its own surface falsely nor leaks: an error bound, not a guess. See
+    /// [`Hit::spawn`].
     pub offset: f64,
     /// Leaf number (see `compiler/ir.py`), or -1.
     pub instance: i64,
@@ -46,6 +49,13 @@ impl Hit {
         prototype: -1,
         material: -1,
     };
+
+    /// Where a ray that leaves the surface in a direction starts: off it to the side it goes to.
+    #[inline(always)]
+    pub fn spawn(&self, direction: [f64; 3]) -> [f64; 3] {
+        let side = self.offset.copysign(dot(self.normal, direction));
+        axes!(|i| side.mul_add(self.normal[i], self.position[i]))
+    }
 }
 
 /// The closest hit of a ray before anybody asks for the surface there, or [`Found::NOTHING`].

@@ -214,51 +214,57 @@ pub(super) fn surfaces<'py>(
     let position = PyArray2::<f64>::zeros(py, [n, 3], false);
     let prototype = PyArray1::<i32>::zeros(py, n, false);
     let material = PyArray1::<i32>::zeros(py, n, false);
+    let offset = PyArray1::<f64>::zeros(py, n, false);
     let answers = slice_of!(normal)
         .chunks_mut(3 * POLL)
         .zip(slice_of!(position).chunks_mut(3 * POLL))
         .zip(slice_of!(prototype).chunks_mut(POLL))
-        .zip(slice_of!(material).chunks_mut(POLL));
+        .zip(slice_of!(material).chunks_mut(POLL))
+        .zip(slice_of!(offset).chunks_mut(POLL));
     let pool = pool(threads)?;
-    for (poll, (((normal, position), prototype), material)) in answers.enumerate() {
+    for (poll, ((((normal, position), prototype), material), offset)) in answers.enumerate() {
         run(py, pool.as_ref(), || {
             normal
                 .par_chunks_mut(3 * BATCH)
                 .zip(position.par_chunks_mut(3 * BATCH))
                 .zip(prototype.par_chunks_mut(BATCH))
                 .zip(material.par_chunks_mut(BATCH))
+                .zip(offset.par_chunks_mut(BATCH))
                 .enumerate()
-                .for_each(|(batch, (((normal, position), prototype), material))| {
-                    let start = poll * POLL + batch * BATCH;
-                    let stretch = start..start + material.len();
-                    let rays: Vec<Ray> = stretch
-                        .clone()
-                        .map(|i| Ray {
-                            origin: origins[i],
-                            direction: directions[i],
-                            t_min: 0.0,
-                            t_max: f64::INFINITY,
-                        })
-                        .collect();
-                    let found: Vec<Found> = stretch
-                        .map(|i| Found {
-                            t: t[i],
-                            instance: instance[i],
-                            primitive: primitive[i],
-                        })
-                        .collect();
-                    let mut hits = vec![Hit::MISS; rays.len()];
-                    scene.surfaces(&rays, &found, &mut hits);
-                    for (i, hit) in hits.iter().enumerate() {
-                        normal[3 * i..][..3].copy_from_slice(&hit.normal);
-                        position[3 * i..][..3].copy_from_slice(&hit.position);
-                        prototype[i] = hit.prototype;
-                        material[i] = hit.material;
-                    }
-                });
+                .for_each(
+                    |(batch, ((((normal, position), prototype), material), offset))| {
+                        let start = poll * POLL + batch * BATCH;
+                        let stretch = start..start + material.len();
+                        let rays: Vec<Ray> = stretch
+                            .clone()
+                            .map(|i| Ray {
+                                origin: origins[i],
+                                direction: directions[i],
+                                t_min: 0.0,
+                                t_max: f64::INFINITY,
+                            })
+                            .collect();
+                        let found: Vec<Found> = stretch
+                            .map(|i| Found {
+                                t: t[i],
+                                instance: instance[i],
+                                primitive: primitive[i],
+                            })
+                            .collect();
+                        let mut hits = vec![Hit::MISS; rays.len()];
+                        scene.surfaces(&rays, &found, &mut hits);
+                        for (i, hit) in hits.iter().enumerate() {
+                            normal[3 * i..][..3].copy_from_slice(&hit.normal);
+                            position[3 * i..][..3].copy_from_slice(&hit.position);
+                            prototype[i] = hit.prototype;
+                            material[i] = hit.material;
+                            offset[i] = hit.offset;
+                        }
+                    },
+                );
         })?;
     }
-    (normal, position, prototype, material)
+    (normal, position, prototype, material, offset)
         .into_bound_py_any(py)?
         .downcast_into::<PyTuple>()
         .map_err(PyErr::from)

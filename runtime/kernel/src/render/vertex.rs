@@ -37,7 +37,7 @@ impl Vertex {
             slot,
             material: hit.material as usize,
             weight,
-            origin: Vec3::from(hit.position) + normal * hit.offset,
+            origin: hit.spawn(view.to_array()).into(),
             normal,
             view,
         }
@@ -96,10 +96,8 @@ impl Draws {
 /// The rest of `ray` behind the surface it hits.
 #[inline(always)]
 pub fn beyond(ray: &Ray, hit: &Hit) -> Ray {
-    let normal = Vec3::from(hit.normal);
-    let side = hit.offset.copysign(normal.dot(Vec3::from(ray.direction)));
     Ray {
-        origin: (Vec3::from(hit.position) + normal * side).to_array(),
+        origin: hit.spawn(ray.direction),
         direction: ray.direction,
         t_min: 0.0,
         t_max: ray.t_max - hit.t,

@@ -141,8 +141,10 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
 }
 
 /// Follows rays along `stretch`, which begins inside the solid or outside of it, to where that
-/// first changes. Borders beyond the stretch do not matter. t_max only ends the walk, or a change
-/// would depend on it in its last digit.
+/// first changes. A ray that is inside has changed by the end, which is that of the plain solid:
+/// one that grazes a wall may find its crossing there too late, the two being rounded apart.
+/// Borders beyond the stretch do not matter. t_max only ends the walk, or a change would depend on
+/// it in its last digit.
 #[inline(always)]
 fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
     solid: &S,
@@ -206,5 +208,5 @@ fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
         running = running.and_not(found) & end.lt(stretch.far) & end.lt(ray.t_max);
         start = end;
     }
-    (found, change)
+    (found | (active & stretch.exists() & inside), change)
 }

@@ -172,21 +172,21 @@ impl<F: Scalar> Shape<F> {
         }
     }
 
-    /// The point of the surface nearest to `p` (which is on it but for rounding), and the unit
-    /// outward normal there; all in shape space.
-    pub fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    /// The point of the surface nearest to `p` (which is on it but for rounding) that keeps `room`
+    /// from the edges of its face, and the unit outward normal there; all in shape space.
+    pub fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         match &self.exact {
             Solid::Sphere(shape) => shape.surface(p),
-            Solid::Cuboid(shape) => shape.surface(p),
-            Solid::Cylinder(shape) => shape.surface(p),
+            Solid::Cuboid(shape) => shape.surface(p, room),
+            Solid::Cylinder(shape) => shape.surface(p, room),
             Solid::Disc(shape) => shape.surface(p),
             Solid::Rectangle(shape) => shape.surface(p),
             Solid::Plane => ray_plane::surface(p),
-            Solid::Triangle(shape) => shape.surface(p),
-            Solid::Cone(shape) => shape.surface(p),
+            Solid::Triangle(shape) => shape.surface(p, 0.0),
+            Solid::Cone(shape) => shape.surface(p, room),
             Solid::Torus(shape) => shape.surface(p),
-            Solid::Ring(shape) => shape.surface(p),
-            Solid::Wedge(shape) => shape.surface(p),
+            Solid::Ring(shape) => shape.surface(p, room),
+            Solid::Wedge(shape) => shape.surface(p, room),
             Solid::BevelledBox(shape) => shape.surface(p),
             Solid::BevelledCylinder(shape) => shape.surface(p),
             Solid::BevelledCone(shape) => shape.surface(p),

@@ -69,7 +69,7 @@ impl BevelledBox<f64> {
         let e = self.offset(p);
         let distance = dot(e, e).sqrt();
         if distance == 0.0 {
-            return self.plain.surface(p);
+            return self.plain.surface(p, 0.0);
         }
         let normal = e.map(|x| x / distance);
         (

@@ -5,7 +5,7 @@
 use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{Intersect, RayLanes, Span};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
 
 /// A box with its faces at right angles to the axes.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl<F: Scalar> Intersect<F> for Cuboid<F> {
 }
 
 impl Cuboid<f64> {
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let mut axis = 0;
         let mut nearest = f64::NEG_INFINITY;
         let mut point = p;
@@ -47,7 +47,7 @@ impl Cuboid<f64> {
             if outside > nearest {
                 (nearest, axis) = (outside, i);
             }
-            point[i] = p[i].clamp(self.low[i], self.high[i]);
+            point[i] = clamped(p[i], self.low[i], self.high[i], room);
         }
         let mut normal = [0.0; 3];
         let below = self.low[axis] - p[axis] > p[axis] - self.high[axis];

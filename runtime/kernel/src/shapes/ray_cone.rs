@@ -18,7 +18,7 @@ use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
-use super::ray_lanes::{Intersect, RayLanes, Span};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
 
 /// x² + z² − k²Y².
 #[inline(always)]
@@ -96,7 +96,7 @@ impl<F: Scalar> Intersect<F> for Cone<F> {
 }
 
 impl Cone<f64> {
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let (r, h) = (self.radius, self.height);
         let rho = x.hypot(z);
@@ -104,14 +104,14 @@ impl Cone<f64> {
         let (sin, cos) = (r / side, h / side);
         let outside = (rho - r) * cos + y * sin;
         if -y > outside {
-            let shrink = (r / rho).min(1.0);
+            let shrink = clamped(rho, -r, r, room) / rho.max(f64::MIN_POSITIVE);
             return ([x * shrink, 0.0, z * shrink], [0.0, -1.0, 0.0]);
         }
         if rho == 0.0 {
             return ([0.0, h, 0.0], [0.0, 1.0, 0.0]);
         }
         let (u, w) = (x / rho, z / rho);
-        let up = (y - outside * sin).clamp(0.0, h);
+        let up = clamped(y - outside * sin, 0.0, 2.0 * h, room).min(h);
         let around = r * ((h - up) / h);
         ([around * u, up, around * w], [cos * u, sin, cos * w])
     }

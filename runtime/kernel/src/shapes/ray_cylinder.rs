@@ -4,7 +4,7 @@
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{Intersect, RayLanes, Span};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
 
 /// A capped cylinder about the y axis.
 #[derive(Clone, Debug)]
@@ -45,19 +45,23 @@ impl Cylinder<f64> {
         self.y
     }
 
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let rho = x.hypot(z);
         let [low, high] = self.y;
         let above = if low - y > y - high { -1.0 } else { 1.0 };
         if (low - y).max(y - high) > rho - self.radius {
-            let shrink = (self.radius / rho).min(1.0);
+            let shrink = clamped(rho, -self.radius, self.radius, room) / rho.max(f64::MIN_POSITIVE);
             let cap = if above < 0.0 { low } else { high };
             ([x * shrink, cap, z * shrink], [0.0, above, 0.0])
         } else {
             let (x, z) = (x / rho, z / rho);
             (
-                [self.radius * x, y.clamp(low, high), self.radius * z],
+                [
+                    self.radius * x,
+                    clamped(y, low, high, room),
+                    self.radius * z,
+                ],
                 [x, 0.0, z],
             )
         }

@@ -185,6 +185,13 @@ pub(super) fn along<L: Lanes>(o: [L; 3], d: [L; 3], t: L) -> [L; 3] {
     axes!(|i| t.mul_add(d[i], o[i]))
 }
 
+/// The number nearest to x that keeps `room` from both ends, or as much as there is.
+#[inline(always)]
+pub(super) fn clamped(x: f64, low: f64, high: f64, room: f64) -> f64 {
+    let room = room.min(0.5 * (high - low));
+    x.max(low + room).min(high - room)
+}
+
 /// r² − p².
 #[inline(always)]
 fn room<L: Lanes>(r: L, p: [L; 3]) -> L {

@@ -6,7 +6,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
 use super::ray_cylinder::Cylinder;
-use super::ray_lanes::{Intersect, RayLanes, Span};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
 
 /// A hollow cylinder about the y axis.
 #[derive(Clone, Debug)]
@@ -93,21 +93,34 @@ impl<F: Scalar> Intersect<F> for Ring<F> {
 
 impl Ring<f64> {
     /// How far outside the nearest face p is (negative inside), and that face's point and normal.
-    pub(super) fn nearest_face(&self, p: [f64; 3]) -> (f64, [f64; 3], [f64; 3]) {
+    /// The point keeps `room` from the edges.
+    pub(super) fn nearest_face(&self, p: [f64; 3], room: f64) -> (f64, [f64; 3], [f64; 3]) {
         let rho = p[0].hypot(p[2]);
         let (u, w) = (p[0] / rho, p[2] / rho);
         let [low, high] = self.outer.y();
         if self.bore - rho > (rho - self.outer.radius()).max(low - p[1]).max(p[1] - high) {
-            let point = [self.bore * u, p[1].clamp(low, high), self.bore * w];
+            let point = [self.bore * u, clamped(p[1], low, high, room), self.bore * w];
             return (self.bore - rho, point, [-u, 0.0, -w]);
         }
         let outside = (rho - self.outer.radius()).max(low - p[1]).max(p[1] - high);
-        let (point, normal) = self.outer.surface(p);
+        let (mut point, normal) = self.outer.surface(p, room);
+        if normal[1] != 0.0 {
+            let around = clamped(rho, self.bore, self.outer.radius(), room);
+            (point[0], point[2]) = (around * u, around * w);
+        }
         (outside, point, normal)
     }
 
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let (_, point, normal) = self.nearest_face(p);
+    pub(super) fn radii(&self) -> [f64; 2] {
+        [self.bore, self.outer.radius()]
+    }
+
+    pub(super) fn y(&self) -> [f64; 2] {
+        self.outer.y()
+    }
+
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+        let (_, point, normal) = self.nearest_face(p, room);
         (point, normal)
     }
 }

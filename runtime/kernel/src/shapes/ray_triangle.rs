@@ -80,21 +80,46 @@ pub fn intersect<L: Lanes>(
 }
 
 /// The point of the plane of a triangle nearest to `p`, and the unit normal (b − a) × (c − a).
-pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+///
+/// The point keeps `room` from the edges, lest a ray that leaves it start beyond the neighbour
+/// across an edge: with u, v, w the doubled areas that it makes with the edges, its distance from
+/// an edge is u over the edge's length. If one is too near it moves towards the centroid.
+pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = corners;
     let from_a = |q: [f64; 3]| [q[0] - a[0], q[1] - a[1], q[2] - a[2]];
     let (e, f) = (from_a(b), from_a(c));
-    let cross = [0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        difference_of_products(e[j], f[k], e[k], f[j])
-    });
+    let cross = cross_product(e, f);
     let length = dot(cross, cross).sqrt();
     let normal = cross.map(|x| x / length);
     let height = dot(from_a(p), normal);
-    (
-        [0, 1, 2].map(|i| height.neg_mul_add(normal[i], p[i])),
-        normal,
-    )
+    let mut point = [0, 1, 2].map(|i| height.neg_mul_add(normal[i], p[i]));
+    if room > 0.0 {
+        let mut share = 0.0f64;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let edge = [0, 1, 2].map(|i| to[i] - from[i]);
+            let arm = [0, 1, 2].map(|i| point[i] - from[i]);
+            let area = dot(cross_product(edge, arm), normal);
+            let least = room * dot(edge, edge).sqrt();
+            if area < least {
+                // At the centroid the area is a third of the triangle's.
+                share = share.max(((least - area) / (length / 3.0 - area)).clamp(0.0, 1.0));
+            }
+        }
+        if share > 0.0 {
+            point = [0, 1, 2].map(|i| {
+                let centroid = (a[i] + b[i] + c[i]) / 3.0;
+                share.mul_add(centroid - point[i], point[i])
+            });
+        }
+    }
+    (point, normal)
+}
+
+fn cross_product(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        difference_of_products(u[j], v[k], u[k], v[j])
+    })
 }
 
 /// One triangle.
@@ -124,7 +149,7 @@ impl<F: Scalar> Intersect<F> for Triangle<F> {
 }
 
 impl Triangle<f64> {
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        surface(self.corners, p)
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+        surface(self.corners, p, room)
     }
 }

@@ -4,7 +4,7 @@
 use crate::lanes::{Lanes, axes, halves};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{Intersect, RayLanes};
+use super::ray_lanes::{Intersect, RayLanes, clamped};
 use super::ray_ring::{Ring, first_end};
 use super::sector::{Sector, Sides};
 
@@ -36,8 +36,8 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 }
 
 impl Wedge<f64> {
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let (outside, point, normal) = self.ring.nearest_face(p);
+    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+        let (outside, mut point, normal) = self.ring.nearest_face(p, room);
         let [(_, q0), (_, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
         let (side, depth) = if (q0 < q1) != self.sector.reflex {
             (0, q0)
@@ -45,9 +45,20 @@ impl Wedge<f64> {
             (1, q1)
         };
         if -depth <= outside {
+            for side in [0, 1] {
+                let (along, depth) = self.sector.along_and_depth(side, point);
+                if along > 0.0 && depth < room {
+                    let normal = self.sector.normal(side);
+                    point = axes!(|i| (depth - room).mul_add(normal[i], point[i]));
+                }
+            }
             return (point, normal);
         }
-        let normal = self.sector.normal(side);
-        (axes!(|i| depth.mul_add(normal[i], p[i])), normal)
+        let ([r0, r1], [y0, y1]) = (self.ring.radii(), self.ring.y());
+        let [sin, cos] = self.sector.ends[side];
+        let (along, _) = self.sector.along_and_depth(side, p);
+        let along = clamped(along, r0, r1, room);
+        let point = [along * sin, clamped(p[1], y0, y1, room), along * cos];
+        (point, self.sector.normal(side))
     }
 }

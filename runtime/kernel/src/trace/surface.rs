@@ -14,6 +14,12 @@
 //! self-intersection-avoidance bounds for instances). Each transform adds its own rounding,
 //! γ·(|M||p| + |T|) in f64, likewise divided by the normal's length there. Flat shapes meet rays
 //! in f64 (see `instance`), so their δ is of f64.
+//!
+//! # Edges
+//!
+//! Within an edge two faces meet, and a start that is clear of one may have been rounded beyond the
+//! other: a ray would leave a closed box next to its edge, once in some million. So points keep
+//! [`EDGE_ROOM`] units and the rounding of world coordinates away from the edges of their face.
 use super::level::Target;
 use crate::bvh::{NormalSpace, exponent, power_of_two};
 use crate::instance::{LevelRays, dot};
@@ -25,6 +31,12 @@ use crate::shapes::triangle_surface;
 
 /// Rounding errors of one transform of a point, in units of the magnitudes of its terms.
 const TRANSFORM_ERROR: f64 = 8.0 * f64::EPSILON;
+
+/// Rounding error of a coordinate, and of the start that is computed from it, in units of itself.
+const COORDINATE_ERROR: f64 = 2.0 * f64::EPSILON;
+
+/// How far points stay from edges, in ε_F of the object's size.
+const EDGE_ROOM: f64 = 8.0;
 
 impl<F: Scalar> Scene<F> {
     /// The surface at a hit. `path` is scratch.
@@ -39,6 +51,8 @@ impl<F: Scalar> Scene<F> {
         let mut leaf = found.instance;
         let mut bound = 0;
         let mut forced = None;
+        // How far from its space's origin the object lies, in units of the ray's direction.
+        let mut reach = 0.0;
         let (prototype, index) = loop {
             let (offset, before) = group.find_leaf(leaf);
             let row = group.start + offset;
@@ -54,17 +68,21 @@ impl<F: Scalar> Scene<F> {
             match target {
                 Target::Group(inner) => {
                     rays = entrance.enter_group(&rays);
+                    reach += self.distance(row) * rays.rate;
                     group = inner;
                 }
                 Target::Prototype(prototype) => {
                     rays = entrance.enter_prototype(&rays, &prototype.space);
+                    reach += self.distance(row) * prototype.space.scale * rays.rate;
                     break (prototype, self.instance_target[row]);
                 }
             }
         };
         let tau = (found.t - rays.start) * rays.per_rate;
         let local: [f64; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
-        let Some((mut point, normal, error)) = prototype.surface(local, found.primitive) else {
+        let rounding = COORDINATE_ERROR * reach * rays.per_rate;
+        let surface = prototype.surface(local, found.primitive, rounding);
+        let Some((mut point, normal, error)) = surface else {
             return Hit::MISS;
         };
         let mut normal = rescaled(normal);
@@ -101,6 +119,15 @@ impl<F: Scalar> Scene<F> {
     }
 }
 
+impl<F: Scalar> Scene<F> {
+    /// How far instance `row` lies from its space's origin, in its own units.
+    #[inline(always)]
+    fn distance(&self, row: usize) -> f64 {
+        let [x, y, z] = self.object_from_world[row].map(|r| r[3].abs());
+        x.max(y).max(z)
+    }
+}
+
 /// The power of two that brings the largest component to order one.
 #[inline(always)]
 fn unit_of(v: [f64; 3]) -> f64 {
@@ -114,16 +141,22 @@ fn rescaled(v: [f64; 3]) -> [f64; 3] {
 }
 
 impl<F: Scalar> Prototype<F> {
-    /// Point, normal and δ in object space, from a point near the surface in normalised space;
-    /// None if there is no such triangle.
+    /// Point, normal and δ in object space, from a point near the surface in normalised space,
+    /// where world coordinates are off by `rounding`; None if there is no such triangle.
     #[inline(always)]
-    fn surface(&self, local: [f64; 3], triangle: u32) -> Option<([f64; 3], [f64; 3], f64)> {
+    fn surface(
+        &self,
+        local: [f64; 3],
+        triangle: u32,
+        rounding: f64,
+    ) -> Option<([f64; 3], [f64; 3], f64)> {
         let NormalSpace { center, scale } = self.space;
         let unit = 1.0 / scale;
         let error = F::EPS.to_f64() * 32.0 * unit;
+        let room = EDGE_ROOM.mul_add(F::EPS.to_f64(), rounding);
         match &self.geometry {
             Geometry::Shape(shape) => {
-                let (point, normal) = shape.surface(local);
+                let (point, normal) = shape.surface(local, room);
                 let point = axes!(|i| point[i].mul_add(unit, center[i]));
                 if self.anchor.flat {
                     let magnitude = point.iter().fold(0.0, |sum, x| sum + x.abs());
@@ -134,7 +167,7 @@ impl<F: Scalar> Prototype<F> {
             Geometry::Mesh(mesh) if triangle as usize >= mesh.triangle_count => None,
             Geometry::Mesh(mesh) => {
                 let near = axes!(|i| local[i].mul_add(unit, center[i]));
-                let (point, normal) = triangle_surface(mesh.corners(triangle), near);
+                let (point, normal) = triangle_surface(mesh.corners(triangle), near, room * unit);
                 Some((point, normal, error))
             }
         }
