@@ -7,12 +7,13 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
+from compiler.advice import MOST_ADVICE, advise
 from compiler.flatten import Pruned, flatten
 from compiler.ir import SceneIR
 from compiler.usd.options import Isolation, StageOptions
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import CompileError, Diagnostic
-from dsl.evaluate import evaluate_source
+from dsl.evaluate import evaluate_source, in_order
 from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
 from dsl.observation import stage
@@ -105,7 +106,8 @@ def compile_text(
         raise ValueError(f"a scene has no time {seconds}")
     source = Source(name, text.removeprefix("\ufeff"))
     graph, diagnostics = evaluate_source(source, files, limits, seconds, params)
-    return _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
+    compilation = _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
+    return _advised(compilation)
 
 
 def compile_path(
@@ -147,6 +149,13 @@ def compile_path(
             path, time=time, prim=prim, options=options, isolation=isolation
         )
     return _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
+
+
+def _advised(compilation: Compilation) -> Compilation:
+    """The compilation of a program with advice among its warnings."""
+    graph = compilation.graph
+    advice = [*graph.advice, *advise(compilation.ir, graph.sources)][:MOST_ADVICE]
+    return replace(compilation, warnings=(*compilation.warnings, *in_order(advice)))
 
 
 def strictly(compilation: Compilation) -> Compilation:

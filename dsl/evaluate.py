@@ -66,8 +66,8 @@ def evaluate(
     try:
         root = run.drive(statements.module(run, module, scope or Scope()))
         if isinstance(root, Node) and not run.faulty:
-            params = tuple(run.params)
-            return SceneGraph(root, module.source.name, run.sources, params), run.diagnostics
+            name, params, advice = module.source.name, tuple(run.params), tuple(run.advice)
+            return SceneGraph(root, name, run.sources, params, advice), run.diagnostics
         if root is not POISON and not isinstance(root, Node):
             run.record(statements.no_scene_value(root, statements.only(module.body)))
     except Exhausted as exhausted:

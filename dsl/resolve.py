@@ -26,12 +26,14 @@ class Resolution:
     """What each use of a name refers to, and what each definition binds.
 
     A name that nothing defines is not among `uses`. `definitions` has a key for every
-    `ast.Definition`, `ast.Parameter` and `ast.LoopVariable`.
+    `ast.Definition`, `ast.Parameter` and `ast.LoopVariable`. `advice` is on names that are not used
+    or hide others; those of a file that others use are meant for them.
     """
 
     uses: dict[ast.Name, Binding] = field(default_factory=dict)
     definitions: dict[object, Binding] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    advice: list[Diagnostic] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -47,6 +49,7 @@ def resolve(module: ast.Module, builtins: dict[str, Binding], limit: int) -> Res
     """Resolve all names of a module; after `limit` faults, and one more, the rest are silent."""
     resolver = _Resolver(limit)
     resolver.block(module.body, _Frame(None, dict(builtins)))
+    resolver.advise()
     return resolver.result
 
 
@@ -54,6 +57,7 @@ class _Resolver:
     def __init__(self, limit: int) -> None:
         self.limit = limit
         self.result = Resolution()
+        self.counts: dict[Binding, int] = {}  # how often each name is used
 
     def report(
         self, code: str, message: str, span: Span, help: str | None, *secondary: Label
@@ -83,6 +87,7 @@ class _Resolver:
             binding = scope.names.get(node.name)
             if binding is not None:
                 self.result.uses[node] = binding
+                self.counts[binding] = self.counts.get(binding, 0) + 1
                 return
             later = later or scope.later.get(node.name)
             scopes.append(scope)
@@ -97,6 +102,44 @@ class _Resolver:
             place, help = later
             self.report("name-unknown", message, node.span, help, Label(place, "defined only here"))
 
+    def visible(self, name: str, frame: _Frame | None) -> Binding | None:
+        """What the program has defined by that name, seen from a frame."""
+        while frame is not None:
+            binding = frame.names.get(name)
+            if binding is not None:
+                return binding if binding.span is not None else None
+            frame = frame.parent
+        return None
+
+    def hide(self, hidden: Binding, span: Span) -> None:
+        """Advise against a definition that hides another and is not made of it."""
+        if hidden.span is not None and not hidden.name.startswith("_"):
+            label = Label(hidden.span, "this one is hidden")
+            message = f"`{hidden.name}` hides another `{hidden.name}`"
+            self.result.advice.append(
+                diagnostic(
+                    "advice-shadowing",
+                    message,
+                    span,
+                    help="choose another name",
+                    secondary=(label,),
+                )
+            )
+
+    def advise(self) -> None:
+        """Advise on the names that nothing uses, but for variables of loops."""
+        for node, binding in self.result.definitions.items():
+            unused = binding not in self.counts and not binding.name.startswith("_")
+            if unused and binding.span is not None and not isinstance(node, ast.LoopVariable):
+                self.result.advice.append(
+                    diagnostic(
+                        "advice-unused",
+                        f"nothing uses `{binding.name}`",
+                        binding.span,
+                        help=f"remove it, or call it `_{binding.name}`",
+                    )
+                )
+
     def block(self, block: ast.Block, parent: _Frame) -> None:
         frame = _Frame(parent)
         for statement in block.statements:
@@ -107,7 +150,11 @@ class _Resolver:
         for statement in block.statements:
             match statement:
                 case ast.Let():
+                    hidden = self.visible(statement.name, parent)
+                    before = self.counts.get(hidden, 0) if hidden is not None else 0
                     self.expression(statement.value, frame)
+                    if hidden is not None and self.counts.get(hidden, 0) == before:
+                        self.hide(hidden, statement.name_span)
                     self.define(statement, statement.name, statement.name_span, frame)
                 case ast.Param():
                     self.expression(statement.default, frame)
@@ -166,6 +213,8 @@ class _Resolver:
                 for variable in node.variables:
                     self.expression(variable.range, _Frame(frame, later=variables))
                 for variable in node.variables:
+                    if (hidden := self.visible(variable.name, frame)) is not None:
+                        self.hide(hidden, variable.name_span)
                     self.define(variable, variable.name, variable.name_span, inner)
                 self.block(node.body, inner)
             case _:

@@ -62,6 +62,7 @@ class Run:
         self.source: Source | None = None  # of the program itself
         self.settings: Settings = {}  # of its parameters
         self.params: list[scene.Param] = []
+        self.advice: list[Diagnostic] = []  # on the names of the program itself
         self.limits = limits
         self.handlers = handlers
         self.diagnostics: list[Diagnostic] = []

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from dsl.diagnostics import Diagnostic
 from dsl.records import node, value
 from dsl.spans import Place
 
@@ -332,10 +333,11 @@ class SceneGraph:
     """The root of a scene and where it came from.
 
     `sources` maps the names of the files that took part to their text (stages: to nothing).
-    `params` are those of the program itself, in order.
+    `params` are those of the program itself, in order; `advice` are warnings about its names.
     """
 
     root: Node
     name: str = "scene"
     sources: dict[str, str] = field(default_factory=dict)
     params: tuple[Param, ...] = ()
+    advice: tuple[Diagnostic, ...] = ()

@@ -52,6 +52,8 @@ def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     run.uses.update(resolution.uses)
     run.definitions.update(resolution.definitions)
     run.report(*resolution.diagnostics)
+    if module.source is run.source:
+        run.advice = resolution.advice
     emitted = yield from _statements(run, module.body, scope)
     return _block_value(run, emitted, module.body.span)
 
