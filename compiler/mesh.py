@@ -152,3 +152,10 @@ class _Beside(Mapping[str, bytes]):
 
     def __len__(self) -> int:
         return 0
+
+
+def write_obj(mesh: Mesh, path: Path) -> None:
+    """Write a mesh as an OBJ file, its points exactly. Raises OSError."""
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.points.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (mesh.triangles + 1).tolist()]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")

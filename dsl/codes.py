@@ -117,6 +117,7 @@ CODES: dict[str, Code] = {
     "usd-material": Code("a material that is not drawn as it says", "warning"),
     "usd-light": Code("a light that does not shine as it says", "warning"),
     "usd-camera": Code("a camera that does not see as it says", "warning"),
+    "usd-program": Code("what of a stage a program has no word for", "warning"),
     "limit-diagnostics": Code("more faults than are shown", "warning"),
 }
 

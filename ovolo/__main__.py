@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from keyword import iskeyword
 
 import ovolo
 from dsl.diagnostics import CompileError
@@ -21,6 +22,7 @@ COMMANDS = {
     "fmt": "put scene programs into canonical form",
     "compile": "turn a scene into its flat IR",
     "export": "turn a scene into a USD stage",
+    "import": "turn a small stage into a program",
     "inspect": "say what a scene consists of",
     "doc": "print the documentation of a program",
     "explain": "say what a diagnostic means, with examples",
@@ -83,7 +85,8 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
     for name, summary in COMMANDS.items():
         command = commands.add_parser(name, help=summary, description=f"{summary.capitalize()}.")
         if name == chosen:
-            module = import_module(f"ovolo.commands.{name}")
+            # `import` is a word of Python's own, and its module `import_`.
+            module = import_module(f"ovolo.commands.{name}{'_' * iskeyword(name)}")
             module.configure(command)
             command.set_defaults(run=module.run, json=False)
     return parser
