@@ -53,6 +53,11 @@ test:  ## Set everything up and pass the tests
 fuzz: install  ## Random input against every reader for an hour; FUZZ_SECONDS=60 for less
 	@$(RUN) python -m benchmarks.fuzz --seconds $(FUZZ_SECONDS) --seed $$RANDOM
 
+.PHONY: memcheck
+memcheck:  ## The kernel's unsafe parts under valgrind
+	@cd $(KERNEL) && $(CARGO) --config "target.'cfg(all())'.runner=['valgrind','-q','--error-exitcode=9']" \
+	  test --lib -- trace:: lanes:: --test-threads=1
+
 .PHONY: bench
 bench: install  ## Measure speed and accuracy; records go to benchmarks/record
 	@$(RUN) python -m benchmarks

@@ -224,12 +224,12 @@ def _sphere(random: np.random.Generator, count: int) -> NDArray[np.float64]:
     return np.stack([around * np.cos(turn), around * np.sin(turn), z], 1)
 
 
-def measure(rays: int, names: list[str]) -> Iterator[Leaks]:
+def measure(rays: int, names: list[str], places: list[str]) -> Iterator[Leaks]:
     """Every scene in every place, in both precisions."""
-    for closed in SCENES:
-        if names and closed.name not in names:
-            continue
-        for place in PLACES:
+    for place in places:
+        for closed in SCENES:
+            if names and closed.name not in names:
+                continue
             for precision in ("float32", "float64"):
                 yield bounce(closed, place, precision, rays)
 
@@ -238,10 +238,11 @@ def main() -> int:
     """Print what leaked; fail if anything did."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.leaks", description=__doc__)
     parser.add_argument("scenes", nargs="*", help="of " + ", ".join(s.name for s in SCENES))
-    parser.add_argument("--rays", type=int, default=1_000_000)
+    parser.add_argument("--rays", type=int, default=1_000_000, help="to bounce in each")
+    parser.add_argument("--place", choices=PLACES, action="append")
     given = parser.parse_args()
     start, bad = time.perf_counter(), 0
-    for leaks in measure(given.rays, given.scenes):
+    for leaks in measure(given.rays, given.scenes, given.place or list(PLACES)):
         bad += leaks.escaped + leaks.crossed
         print(
             f"{leaks.scene:15} {leaks.place:12} {leaks.precision}: {leaks.rays} rays, "
