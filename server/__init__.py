@@ -1,1 +1,1 @@
-"""The HTTP render service."""
+"""The services: rendering over HTTP, and the language server."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 from pxr import Sdf, Tf, Usd
@@ -13,6 +14,7 @@ from compiler.usd.confinement import outside
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.schema import register
+from dsl.observation import asked_for
 
 _ADDRESS = re.compile(
     r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@"
@@ -33,6 +35,8 @@ def open_stage(path: str, options: StageOptions, report: Report) -> Any | None:
     for variant in options.variants:
         _select(stage, variant, report)
     for layer in stage.GetUsedLayers():
+        if layer.realPath:
+            asked_for(Path(layer.realPath))
         rate = layer.timeCodesPerSecond
         if not math.isfinite(rate) or rate <= 0.0:
             # usd-core never returns from listing the samples of such a layer.

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from dsl.diagnostics import CompileError
-from dsl.observation import Observation, Stamp, observe, stamp
+from dsl.observation import Observation, Stamp, asked_for, observe, stamp
 from ovolo.commands import render
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_stop, report
@@ -23,15 +23,15 @@ def run(arguments: argparse.Namespace) -> Exit:
     """Render, and again whenever the scene or a file that it names has changed; until Ctrl-C."""
     while True:
         with observe() as observation:
+            asked_for(arguments.scene.resolve())
             try:
-                code = render.run(arguments)
+                render.run(arguments)
             except CompileError as error:
-                code = report(error.diagnostics)
+                report(error.diagnostics)
             except StopError as stop:
+                if not observation.seconds:
+                    raise  # no change of a file could mend that
                 print_stop(stop)
-                code = stop.code
-        if not observation.files:
-            return code  # no change of a file could mend that
         print(_told(observation), file=sys.stderr, flush=True)
         _wait(observation.files)
 

@@ -14,6 +14,7 @@ import pytest
 
 from dsl.files import Files
 from dsl.observation import observe, stage
+from ovolo.__main__ import main
 
 ROOT = Path(__file__).parent.parent.parent
 BALL = 'use "parts/size.ovo" as size\nsphere(radius: size.of_ball)\n'
@@ -122,3 +123,8 @@ def test_files_are_noticed_whether_they_exist_or_not(tmp_path: Path) -> None:
         with pytest.raises(Exception, match="no file"):
             Files().read_text(str(tmp_path / "b.ovo"))
     assert set(observation.files) == {(tmp_path / name).resolve() for name in ("a.ovo", "b.ovo")}
+
+
+def test_what_no_file_could_mend_ends_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["watch", str(folder / "ball.ovo"), "--output", "ball.xyz"]) == 3
+    assert "xyz" in capsys.readouterr().err
