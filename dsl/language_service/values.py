@@ -40,7 +40,8 @@ def evaluate_program(
     _, found = evaluate(program.module, project.files, limits, scope=scope)
     steps_matter = limits.steps >= DEFAULT_LIMITS.steps
     found = [d for d in found if steps_matter or d.code != "limit-steps"]
-    diagnostics = in_order([*program.faults, *(_placed(d, project, program) for d in found)])
+    placed = (_placed(d, project, program) for d in found)
+    diagnostics = in_order([*program.faults, *placed, *_advice(program)])
     by_place = {b.span: value for b, value in scope.values.items() if b.span is not None}
     values = {
         node: by_place[node.name_span]
@@ -107,6 +108,18 @@ def _is_literal(node: ast.Expression) -> bool:
 def _number(value: float) -> str:
     """Six digits, which is what there is room for."""
     return format_number(float(f"{value:.6g}"))
+
+
+def _advice(program: Program) -> list[Diagnostic]:
+    """Advice on names; none on unused ones that a statement not yet read, or a file, may use."""
+    advice = program.resolution.advice
+    if program.faults:
+        return [found for found in advice if found.code != "advice-unused"]
+    statements = program.module.body.statements
+    if all(isinstance(statement, ast.Definition) for statement in statements):
+        own = {node.name_span for node in program.top_level.values()}
+        return [d for d in advice if d.primary is None or d.primary.place not in own]
+    return advice
 
 
 def _placed(found: Diagnostic, project: Project, program: Program) -> Diagnostic:

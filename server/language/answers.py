@@ -54,7 +54,7 @@ def _diagnostic(documents: Documents, document: Document, found: Diagnostic) -> 
         severity=lsp.DiagnosticSeverity.Error if error else lsp.DiagnosticSeverity.Warning,
         code=found.code,
         source="ovolo",
-        tags=[lsp.DiagnosticTag.Unnecessary] if found.code == "name-unused" else None,
+        tags=[lsp.DiagnosticTag.Unnecessary] if found.code == "advice-unused" else None,
         related_information=[*_related(documents, found.secondary)],
     )
 

@@ -21,6 +21,13 @@ BALL = 'use "parts/size.ovo" as size\nsphere(radius: size.of_ball)\n'
 QUAD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
+def save(path: Path, text: str) -> None:
+    """Put the file there in one step, as most editors do: half a file is never seen."""
+    new = path.parent / "new"
+    new.write_text(text)
+    new.replace(path)
+
+
 class Watcher:
     """A running `ovolo watch`; `round` is what it says until it waits."""
 
@@ -73,22 +80,20 @@ def test_every_change_makes_a_picture_and_faults_do_not_end_it(
     picture = folder / "ball.png"
     picture.unlink()
     # A fault is told, and so is its end.
-    (folder / "ball.ovo").write_text("spher()\n")
+    save(folder / "ball.ovo", "spher()\n")
     assert "error[name-unknown]" in watcher.round()
     assert not picture.exists()
-    # Editors put another file in the place of the old one.
-    (folder / "new").write_text(BALL + 'mesh("parts/quad.obj")\n')
-    (folder / "new").replace(folder / "ball.ovo")
+    save(folder / "ball.ovo", BALL + 'mesh("parts/quad.obj")\n')
     assert "error[file-missing]" in watcher.round()
     # A file that was missing is there now; a used file changes; a mesh does.
-    (folder / "parts" / "quad.obj").write_text(QUAD)
+    save(folder / "parts" / "quad.obj", QUAD)
     assert "error" not in watcher.round()
     assert picture.exists()
-    (folder / "parts" / "size.ovo").write_text("let of_ball = -1\n")
+    save(folder / "parts" / "size.ovo", "let of_ball = -1\n")
     assert "error[value-out-of-range]" in watcher.round()
-    (folder / "parts" / "size.ovo").write_text("let of_ball = 2\n")
+    save(folder / "parts" / "size.ovo", "let of_ball = 2\n")
     assert "error" not in watcher.round()
-    (folder / "parts" / "quad.obj").write_text("nothing\n")
+    save(folder / "parts" / "quad.obj", "nothing\n")
     assert "error[mesh-" in watcher.round()
     (folder / "ball.ovo").unlink()
     assert "error[file-missing]" in watcher.round()

@@ -92,7 +92,7 @@ def test_faults_of_a_used_file_are_told_where_it_is_used() -> None:
 
 def test_a_program_too_large_for_typing_has_no_fault_for_it() -> None:
     project, program, _ = at_cursor(
-        "fn f(n) { if n < 1 { 1 } else { f(n - 1) + f(n - 1) } }\nlet x = f(40)\nbox()"
+        "fn f(n) { if n < 1 { 1 } else { f(n - 1) + f(n - 1) } }\nsphere(radius: f(40))"
     )
     assert evaluate_program(project, program).diagnostics == []
 
@@ -123,3 +123,13 @@ def test_a_position_inside_or_behind_a_line_is_moved_into_it() -> None:
     assert lines.offset(Position(0, 2)) == 1  # between the halves of a surrogate pair
     assert lines.offset(Position(0, 99)) == len("a😀b".encode())
     assert lines.offset(Position(-1, -1)) == 0
+
+
+def test_advice_on_names_waits_until_all_can_be_read() -> None:
+    def advised(text: str) -> list[str]:
+        project, program, _ = at_cursor(text)
+        return [d.code for d in evaluate_program(project, program).diagnostics]
+
+    assert advised("let a = 1\nsphere()") == ["advice-unused"]
+    assert advised("let a = 1\nsphere(radius: a") == ["syntax-unclosed"]
+    assert advised("let a = 1\nfn f(b) { sphere() }") == ["advice-unused"]  # b; a file may use a
