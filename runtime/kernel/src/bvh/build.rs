@@ -6,7 +6,8 @@
 //! hierarchies", 2007); cutting the largest part first is the greedy form of collapsing a binary
 //! tree (Wald, Benthin, Boulos, "Getting rid of packets", 2008). Large parts are built in
 //! parallel; the tree does not depend on the number of threads.
-use super::{Bounds, Child, Node, NormalBounds, NormalSpace, Tree, WIDTH};
+use super::item::{Cuboid, Item, Vector};
+use super::{Bounds, Child, Node, NormalSpace, Tree, WIDTH};
 
 /// Most items of a leaf.
 pub const LARGEST_LEAF: usize = 8;
@@ -21,26 +22,12 @@ const PARALLEL: usize = 4096;
 /// SAH_DEPTH + log₂ of the items for any input.
 const SAH_DEPTH: u32 = 48;
 
-/// An item to be built over.
-#[derive(Clone, Copy)]
-struct Item {
-    bounds: NormalBounds,
-    index: u32,
-}
-
-impl Item {
-    /// Twice the centre.
-    #[inline]
-    fn center(&self, axis: usize) -> f32 {
-        self.bounds.lower[axis] + self.bounds.upper[axis]
-    }
-}
-
 /// Builds over finite boxes `bounds`, at most `leaf_size` ≤ [`LARGEST_LEAF`] to a leaf.
 ///
-/// `number` names each leaf by a number below 2³¹, given the indices of its boxes; it is called in
+/// `number` names each leaf by a number below 2³⁰, given the indices of its boxes; it is called in
 /// the order of the leaves in the tree.
 pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32]) -> u32) -> Tree {
+    use rayon::prelude::*;
     assert!(bounds.len() <= MAX_ITEMS && (1..=LARGEST_LEAF).contains(&leaf_size));
     if bounds.is_empty() {
         return Tree::empty();
@@ -48,22 +35,21 @@ pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32])
     let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
     let space = NormalSpace::around(&all);
     let mut items: Vec<Item> = bounds
-        .iter()
+        .par_iter()
+        .with_min_len(PARALLEL)
         .enumerate()
-        .map(|(index, b)| Item {
-            bounds: space.normalize(b),
-            index: index as u32,
-        })
+        .map(|(index, b)| Item::new(&space.normalize(b), index as u32))
         .collect();
     let part = Part::over(&items, 0, 0);
     let mut nodes = subtree(&mut items, &part, leaf_size);
-    let order: Vec<u32> = items.iter().map(|item| item.index).collect();
+    let order: Vec<u32> = items.iter().map(Item::index).collect();
     drop(items);
     for node in &mut nodes {
         for (i, child) in node.children.iter_mut().enumerate() {
-            if child.is_leaf() && node.planes[0][i] <= node.planes[3][i] {
-                let start = (child.number() & (MAX_ITEMS as u32 - 1)) as usize;
-                let count = (child.number() >> LEAF_START_BITS) as usize + 1;
+            if !child.is_node() && node.planes[0][i] <= node.planes[3][i] {
+                let place = child.0 & !Child::LEAF;
+                let start = (place & (MAX_ITEMS as u32 - 1)) as usize;
+                let count = (place >> LEAF_START_BITS) as usize + 1;
                 *child = Child::leaf(number(&order[start..start + count]));
             }
         }
@@ -73,11 +59,12 @@ pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32])
 }
 
 /// Consecutive items, with the boxes around them and around their centres.
+#[derive(Clone)]
 struct Part {
     start: usize,
     count: usize,
-    bounds: NormalBounds,
-    centers: NormalBounds,
+    bounds: Cuboid,
+    centers: Cuboid,
     depth: u32,
 }
 
@@ -86,17 +73,13 @@ impl Part {
         let mut part = Part {
             start,
             count: items.len(),
-            bounds: NormalBounds::EMPTY,
-            centers: NormalBounds::EMPTY,
+            bounds: Cuboid::EMPTY,
+            centers: Cuboid::EMPTY,
             depth,
         };
         for item in items {
-            part.bounds = part.bounds.union(&item.bounds);
-            let center = std::array::from_fn(|axis| item.center(axis));
-            part.centers = part.centers.union(&NormalBounds {
-                lower: center,
-                upper: center,
-            });
+            part.bounds.add(&item.0);
+            part.centers.add_point(&item.center());
         }
         part
     }
@@ -130,7 +113,7 @@ fn append(items: &mut [Item], first: usize, part: &Part, leaf_size: usize, nodes
             append(items, first, child, leaf_size, nodes);
             reference
         };
-        nodes[index].set(i, &child.bounds, reference);
+        nodes[index].set(i, &child.bounds.bounds(), reference);
     }
 }
 
@@ -166,9 +149,9 @@ fn parallel_subtree(items: &mut [Item], part: &Part, leaf_size: usize) -> Vec<No
         } else {
             Child::node(offset)
         };
-        nodes[0].set(i, &child.bounds, reference);
+        nodes[0].set(i, &child.bounds.bounds(), reference);
         nodes.extend(subtree.into_iter().map(|mut node| {
-            for child in node.children.iter_mut().filter(|child| !child.is_leaf()) {
+            for child in node.children.iter_mut().filter(|child| child.is_node()) {
                 *child = Child::node(child.number() as usize + offset);
             }
             node
@@ -179,18 +162,14 @@ fn parallel_subtree(items: &mut [Item], part: &Part, leaf_size: usize) -> Vec<No
 
 /// A leaf that still says where its items are.
 fn leaf(part: &Part) -> Child {
-    Child::leaf(part.start as u32 | ((part.count as u32 - 1) << LEAF_START_BITS))
+    Child(Child::LEAF | part.start as u32 | ((part.count as u32 - 1) << LEAF_START_BITS))
 }
 
 /// Cuts a part into two to eight (one, if it has only one item), reordering its items; `items`
 /// begins at item number `first`.
 fn children(items: &mut [Item], first: usize, part: &Part, leaf_size: usize) -> Vec<Part> {
-    let whole = Part::over(
-        &items[part.start - first..][..part.count],
-        part.start,
-        part.depth,
-    );
-    let mut parts = vec![whole];
+    let mut parts = Vec::with_capacity(WIDTH);
+    parts.push(part.clone());
     // Parts that fill no more than one node stay whole for now: cut up here they would leave
     // their own nodes nearly empty.
     let one_node = WIDTH * leaf_size;
@@ -235,104 +214,155 @@ fn cut_largest(
     };
     let part = parts.swap_remove(i);
     let range = part.range();
-    let slice = &mut items[range.start - first..range.end - first];
-    let middle = split(slice, &part);
-    let (left, right) = slice.split_at(middle);
-    parts.push(Part::over(left, part.start, part.depth + 1));
-    parts.push(Part::over(right, part.start + middle, part.depth + 1));
+    parts.extend(split(
+        &mut items[range.start - first..range.end - first],
+        &part,
+    ));
     true
 }
 
-/// Reorders the items of a part so that the first `result` of them make the better half;
-/// 0 < result < count.
-fn split(items: &mut [Item], part: &Part) -> usize {
+/// Reorders the items of a part of two or more into two, the better way.
+fn split(items: &mut [Item], part: &Part) -> [Part; 2] {
     if part.depth < SAH_DEPTH
-        && let Some((axis, scale, bin)) = best_plane(items, part)
+        && let Some(plane) = Plane::best(items, part)
+        && let Some(halves) = plane.split(items, part)
     {
-        let lower = part.centers.lower[axis];
-        let middle = partition(items, |item| bin_of(item, axis, lower, scale) <= bin);
-        if middle > 0 && middle < items.len() {
-            return middle;
-        }
+        return halves;
     }
     let extent = |axis: usize| part.centers.upper[axis] - part.centers.lower[axis];
     let axis = (0..3).fold(0, |best, i| if extent(i) > extent(best) { i } else { best });
     let middle = items.len() / 2;
     items.select_nth_unstable_by(middle, |a, b| {
-        (a.center(axis).total_cmp(&b.center(axis))).then(a.index.cmp(&b.index))
+        (a.center()[axis].total_cmp(&b.center()[axis])).then(a.index().cmp(&b.index()))
     });
-    middle
+    let (left, right) = items.split_at(middle);
+    [
+        Part::over(left, part.start, part.depth + 1),
+        Part::over(right, part.start + middle, part.depth + 1),
+    ]
 }
 
-#[inline]
-fn bin_of(item: &Item, axis: usize, lower: f32, scale: f32) -> usize {
-    (((item.center(axis) - lower) * scale) as usize).min(BINS - 1)
+/// From centres to bins, by axis.
+struct Binning {
+    scale: Vector,
+    offset: Vector,
 }
 
-/// The axis, the bins per unit and the last bin of the left side of the cheapest plane; None when
-/// all centres are (nearly) the same.
-fn best_plane(items: &[Item], part: &Part) -> Option<(usize, f32, usize)> {
-    let lower = part.centers.lower;
-    let scale: [f32; 3] = std::array::from_fn(|axis| {
-        let extent = part.centers.upper[axis] - lower[axis];
-        if extent > 1e-30 {
-            BINS as f32 * 0.999_99 / extent
-        } else {
-            0.0
-        }
-    });
-    let mut bins = [[(NormalBounds::EMPTY, 0u32); BINS]; 3];
-    for item in items {
-        for axis in 0..3 {
-            let bin = &mut bins[axis][bin_of(item, axis, lower[axis], scale[axis])];
-            bin.0 = bin.0.union(&item.bounds);
-            bin.1 += 1;
+impl Binning {
+    /// Bins between the outermost centres; scale 0 along axes where these are nearly the same.
+    fn new(part: &Part) -> Binning {
+        let lower = part.centers.lower;
+        let scale: Vector = std::array::from_fn(|axis| {
+            let extent = part.centers.upper[axis] - lower[axis];
+            if axis < 3 && extent > 1e-30 {
+                BINS as f32 * 0.999_99 / extent
+            } else {
+                0.0
+            }
+        });
+        Binning {
+            scale,
+            offset: lower,
         }
     }
-    let mut best = None;
-    let mut least = f32::INFINITY;
-    for axis in (0..3).filter(|&axis| scale[axis] > 0.0) {
-        let mut right_cost = [f32::INFINITY; BINS];
-        let mut right = (NormalBounds::EMPTY, 0);
-        for bin in (1..BINS).rev() {
-            right = (
-                right.0.union(&bins[axis][bin].0),
-                right.1 + bins[axis][bin].1,
-            );
-            if right.1 > 0 {
-                right_cost[bin] = right.0.half_area() * right.1 as f32;
+
+    /// The bin of a centre along each axis.
+    #[inline(always)]
+    fn bins(&self, center: &Vector) -> [usize; 4] {
+        // A number added to this one is rounded to an integer, in the last bits.
+        const ROUND: f32 = (3 << 22) as f32;
+        std::array::from_fn(|i| {
+            let place = (center[i] - self.offset[i]) * self.scale[i];
+            (place - 0.5 + ROUND).to_bits() as usize % BINS
+        })
+    }
+}
+
+/// Between two bins along an axis; the boxes on either side.
+struct Plane {
+    binning: Binning,
+    axis: usize,
+    /// The last bin of the left side.
+    bin: usize,
+    bounds: [Cuboid; 2],
+}
+
+impl Plane {
+    /// The cheapest; None when all centres are (nearly) the same.
+    fn best(items: &[Item], part: &Part) -> Option<Plane> {
+        let binning = Binning::new(part);
+        let mut boxes = [[Cuboid::EMPTY; BINS]; 3];
+        let mut counts = [[0u32; BINS]; 3];
+        for item in items {
+            let bins = binning.bins(&item.center());
+            for axis in 0..3 {
+                boxes[axis][bins[axis]].add(&item.0);
+                counts[axis][bins[axis]] += 1;
             }
         }
-        let mut left = (NormalBounds::EMPTY, 0);
-        for bin in 0..BINS - 1 {
-            left = (left.0.union(&bins[axis][bin].0), left.1 + bins[axis][bin].1);
-            let cost = left.0.half_area() * left.1 as f32 + right_cost[bin + 1];
-            if left.1 > 0 && cost < least {
-                least = cost;
-                best = Some((axis, scale[axis], bin));
+        let mut best = None;
+        let mut cheapest = f32::INFINITY;
+        for axis in (0..3).filter(|&axis| binning.scale[axis] > 0.0) {
+            let mut rights = [(f32::INFINITY, Cuboid::EMPTY); BINS];
+            let mut right = (Cuboid::EMPTY, 0);
+            for bin in (1..BINS).rev() {
+                right.0.add(&boxes[axis][bin]);
+                right.1 += counts[axis][bin];
+                if right.1 > 0 {
+                    rights[bin] = (right.0.half_area() * right.1 as f32, right.0);
+                }
+            }
+            let mut left = (Cuboid::EMPTY, 0);
+            for bin in 0..BINS - 1 {
+                left.0.add(&boxes[axis][bin]);
+                left.1 += counts[axis][bin];
+                let cost = left.0.half_area() * left.1 as f32 + rights[bin + 1].0;
+                if left.1 > 0 && cost < cheapest {
+                    cheapest = cost;
+                    best = Some((axis, bin, [left.0, rights[bin + 1].1]));
+                }
             }
         }
+        best.map(|(axis, bin, bounds)| Plane {
+            binning,
+            axis,
+            bin,
+            bounds,
+        })
     }
-    best
-}
 
-/// Moves the items that satisfy `keep` to the front; how many there are.
-fn partition(items: &mut [Item], keep: impl Fn(&Item) -> bool) -> usize {
-    let mut front = 0;
-    let mut back = items.len();
-    while front < back {
-        if keep(&items[front]) {
-            front += 1;
-        } else {
-            back -= 1;
-            items.swap(front, back);
+    /// Moves the items left of the plane to the front. None if all are on one side.
+    fn split(&self, items: &mut [Item], part: &Part) -> Option<[Part; 2]> {
+        let mut centers = [Cuboid::EMPTY; 2];
+        let mut middle = 0;
+        // Without a branch, which could not be predicted.
+        for i in 0..items.len() {
+            let center = items[i].center();
+            let is_left = self.binning.bins(&center)[self.axis] <= self.bin;
+            centers[usize::from(!is_left)].add_point(&center);
+            items.swap(i, middle);
+            middle += usize::from(is_left);
         }
+        if middle == 0 || middle == items.len() {
+            return None;
+        }
+        let half = |start: usize, count: usize, i: usize| Part {
+            start,
+            count,
+            bounds: self.bounds[i],
+            centers: centers[i],
+            depth: part.depth + 1,
+        };
+        Some([
+            half(part.start, middle, 0),
+            half(part.start + middle, items.len() - middle, 1),
+        ])
     }
-    front
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::NormalBounds;
     use super::*;
     use proptest::prelude::*;
 
@@ -358,7 +388,7 @@ mod tests {
                     continue;
                 }
                 assert_eq!(around.union(&own), around);
-                if !child.is_leaf() {
+                if child.is_node() {
                     stack.push((child.number() as usize, own, depth + 1));
                     continue;
                 }

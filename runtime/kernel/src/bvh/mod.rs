@@ -5,6 +5,7 @@
 //! means is its owner's business: an instance of a group, or a block of triangles of a mesh.
 mod bounds;
 mod build;
+mod item;
 mod ray;
 
 pub use bounds::{Bounds, NormalBounds, NormalSpace, exponent, power_of_two};
@@ -48,7 +49,7 @@ impl Node {
     }
 }
 
-/// A reference to a node, or to a leaf that carries its owner's number.
+/// A reference to a node, or to a leaf that carries its owner's number, or to one item of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Child(u32);
@@ -57,28 +58,42 @@ impl Child {
     /// The root of every tree.
     pub const ROOT: Child = Child(0);
     const LEAF: u32 = 1 << 31;
+    const ITEM: u32 = 1 << 30;
 
     fn node(index: usize) -> Child {
         Child(index as u32)
     }
 
-    /// A leaf of that number, below 2³¹.
+    /// A leaf of that number, below 2³⁰.
     #[inline(always)]
     pub fn leaf(number: u32) -> Child {
-        debug_assert!(number < Child::LEAF);
+        debug_assert!(number < Child::ITEM);
         Child(number | Child::LEAF)
     }
 
-    /// Whether it is a leaf.
+    /// An item of that number, below 2³⁰: trees have none, but traversal comes to them.
     #[inline(always)]
-    pub fn is_leaf(self) -> bool {
-        self.0 & Child::LEAF != 0
+    pub fn item(number: u32) -> Child {
+        debug_assert!(number < Child::ITEM);
+        Child(number | Child::LEAF | Child::ITEM)
     }
 
-    /// The number of a leaf, or the index of a node.
+    /// Whether it is a node.
+    #[inline(always)]
+    pub fn is_node(self) -> bool {
+        self.0 & Child::LEAF == 0
+    }
+
+    /// Whether it is an item.
+    #[inline(always)]
+    pub fn is_item(self) -> bool {
+        self.0 & Child::ITEM != 0
+    }
+
+    /// The number of a leaf or an item, or the index of a node.
     #[inline(always)]
     pub fn number(self) -> u32 {
-        self.0 & !Child::LEAF
+        self.0 & !(Child::LEAF | Child::ITEM)
     }
 }
 

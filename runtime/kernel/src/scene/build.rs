@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use super::arrays::{Affine, SceneArrays};
 use super::heirloom::Heirlooms;
+use super::instance_block::{InstanceBlock, Outline};
 use super::mesh::Mesh;
 use super::validate::{range, validate};
 use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
-use crate::bvh::{Bounds, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
+use crate::bvh::{Bounds, LARGEST_LEAF, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
 use crate::lanes::InstructionSet;
 use crate::scalar::Scalar;
 use crate::shapes::{Shape, ShapeKind};
@@ -23,6 +24,10 @@ pub(super) fn build<F: Scalar>(
     let (prototypes, hulls) = prototypes(&arrays, &mut heirlooms)?;
     let mut groups: Vec<Option<Arc<Group>>> = arrays.group_ranges.iter().map(|_| None).collect();
     let mut group_hulls: Vec<Hull> = groups.iter().map(|_| Hull::Boxes(Vec::new())).collect();
+    let mut outlines = Outlines {
+        prototypes: hulls.iter().map(Hull::outline).collect(),
+        groups: vec![None; groups.len()],
+    };
     for &index in &checked.order {
         let ends = arrays.group_ranges[index];
         let range = ends[0] as usize..ends[1] as usize;
@@ -43,9 +48,16 @@ pub(super) fn build<F: Scalar>(
             .collect();
         let group = match heirlooms.group(index) {
             Some(group) => group,
-            None => Arc::new(group(&arrays, &checked.leaf_counts, range, &placed)?),
+            None => Arc::new(group(
+                &arrays,
+                &checked.leaf_counts,
+                range,
+                &placed,
+                &outlines,
+            )),
         };
         group_hulls[index] = Hull::of_tree(&group.tree, &group.bounds, !group.unbounded.is_empty());
+        outlines.groups[index] = group_hulls[index].outline();
         groups[index] = Some(group);
     }
     Ok(Scene {
@@ -190,7 +202,34 @@ enum Hull {
     Unbounded(Vec<Bounds>),
 }
 
+/// Outlines of what instances are of.
+struct Outlines {
+    prototypes: Vec<Option<Outline>>,
+    groups: Vec<Option<Outline>>,
+}
+
+impl Outlines {
+    fn of(&self, target: i32) -> Option<Outline> {
+        match usize::try_from(target) {
+            Ok(prototype) => self.prototypes[prototype],
+            Err(_) => self.groups[!target as usize],
+        }
+    }
+}
+
 impl Hull {
+    /// None for content without bounds, and for none at all.
+    fn outline(&self) -> Option<Outline> {
+        match self {
+            Hull::Ball(radius) => Some(Outline::ball(*radius)),
+            Hull::Boxes(boxes) => {
+                let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+                all.is_finite().then(|| Outline::cuboid(&all))
+            }
+            Hull::Unbounded(_) => None,
+        }
+    }
+
     /// The boxes of a tree's root, or those it stands for.
     fn of_tree(tree: &Tree, bounds: &Bounds, unbounded: bool) -> Hull {
         let mut boxes = Vec::new();
@@ -229,9 +268,7 @@ impl Hull {
         };
         let (bounds, unbounded) = match self {
             Hull::Ball(radius) => {
-                let bounds = transformed(world_from_object, [0.0; 3], |row| {
-                    radius * row[0].hypot(row[1]).hypot(row[2])
-                });
+                let bounds = transformed(world_from_object, [0.0; 3], |row| radius * length(row));
                 (bounds, false)
             }
             Hull::Boxes(boxes) => (union(boxes), false),
@@ -245,6 +282,16 @@ impl Hull {
                 unbounded: true,
             }
         }
+    }
+}
+
+/// The length of the linear part of a row.
+fn length(row: &[f64; 4]) -> f64 {
+    let square = row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
+    if (1e-280..1e280).contains(&square) {
+        square.sqrt()
+    } else {
+        row[0].hypot(row[1]).hypot(row[2])
     }
 }
 
@@ -276,7 +323,8 @@ fn group(
     leaf_counts: &[i64],
     range: std::ops::Range<usize>,
     placed: &[Placed],
-) -> Result<Group, SceneError> {
+    outlines: &Outlines,
+) -> Group {
     let mut offsets = Vec::with_capacity(placed.len());
     let mut boxes = Vec::with_capacity(placed.len());
     let mut unbounded = Vec::new();
@@ -291,8 +339,31 @@ fn group(
         }
     }
     debug_assert!(boxes.len() <= MAX_ITEMS);
-    let tree = build_tree(&boxes, 1, |leaf| offsets[leaf[0] as usize]);
+    let mut leaves = Vec::new();
+    let tree = build_tree(&boxes, LARGEST_LEAF, |leaf| {
+        let mut instances = [0; LARGEST_LEAF];
+        for (instance, &item) in instances.iter_mut().zip(leaf) {
+            *instance = offsets[item as usize];
+        }
+        leaves.push((instances, leaf.len()));
+        leaves.len() as u32 - 1
+    });
     let targets = &arrays.instance_target[range.clone()];
+    let block = |instances: &[u32]| {
+        InstanceBlock::new(instances, &tree.space, |offset| {
+            let row = range.start + offset as usize;
+            (
+                outlines.of(targets[offset as usize]),
+                &arrays.world_from_object[row],
+                &arrays.object_from_world[row],
+            )
+        })
+    };
+    let mut blocks = Vec::new();
+    leaves
+        .par_iter()
+        .map(|(instances, len)| block(&instances[..*len]))
+        .collect_into_vec(&mut blocks);
     let leaves_before = if targets.iter().all(|&target| target >= 0) {
         Vec::new()
     } else {
@@ -309,12 +380,13 @@ fn group(
             })
             .collect()
     };
-    Ok(Group {
+    Group {
         start: range.start,
         tree,
+        blocks,
         anchor: Anchor::around(unbounded.is_empty().then_some(&bounds)),
         unbounded,
         leaves_before,
         bounds,
-    })
+    }
 }

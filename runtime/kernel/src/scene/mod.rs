@@ -5,10 +5,12 @@
 mod arrays;
 mod build;
 mod heirloom;
+mod instance_block;
 mod mesh;
 mod validate;
 
 pub use arrays::{Affine, Buffer, SceneArrays};
+pub use instance_block::InstanceBlock;
 pub use mesh::{BLOCK, Mesh, TriangleBlock};
 
 use std::sync::Arc;
@@ -64,8 +66,10 @@ pub(crate) enum Geometry<F: Scalar> {
 pub(crate) struct Group {
     /// Row of the first instance.
     pub start: usize,
-    /// Over the bounded instances; leaves are offsets from `start`.
+    /// Over the bounded instances; leaves are indices of `blocks`.
     pub tree: Tree,
+    /// The instances that the tree holds.
+    pub blocks: Vec<InstanceBlock>,
     /// Instances to be tested by every ray, as offsets from `start`.
     pub unbounded: Vec<u32>,
     /// Leaves before each instance of the group; empty when they are the offset.
@@ -167,6 +171,7 @@ impl<F: Scalar> Scene<F> {
             .iter()
             .map(|group| {
                 group.tree.nbytes()
+                    + group.blocks.capacity() * size_of::<InstanceBlock>()
                     + group.unbounded.capacity() * size_of::<u32>()
                     + group.leaves_before.capacity() * size_of::<i64>()
             })

@@ -4,10 +4,10 @@ use super::columns::RayColumns;
 use super::frustum::{Frustum, greatest, least};
 use super::level::{Content, Target};
 use super::precision::{Halves, PacketMask, Precision};
-use crate::bvh::{Child, NodeRay, WIDTH};
+use crate::bvh::{Child, LARGEST_LEAF, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, halves};
-use crate::scene::{Geometry, Scene};
+use crate::scene::{Geometry, Group, InstanceBlock, Scene, TriangleBlock};
 
 type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
 
@@ -22,6 +22,8 @@ struct Level<'s, I: Isa, F: Precision> {
     rays: Halves<LevelRays<I::F64>>,
     content: Content<'s, F>,
     node_ray: NodeRay<I::F32>,
+    /// Origins and directions in the tree's space.
+    rounded: [[I::F32; 3]; 2],
     descending: [PacketMask<I>; 3],
     /// Row of the planes through which the rays enter boxes, by axis; None if they do not agree.
     entry_planes: Option<[usize; 3]>,
@@ -172,14 +174,27 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 if !active.any() {
                     continue;
                 }
-                if !entry.child.is_leaf() {
+                if entry.child.is_node() {
                     self.visit_node(&level, entry.child, active);
                     continue;
                 }
-                if let Some(inner) =
-                    self.visit_leaf::<ANY>(&mut level, entry.child.number(), active)
-                {
-                    self.above.push(std::mem::replace(&mut level, inner));
+                match level.content {
+                    Content::Mesh(mesh, leaf) => {
+                        let block = &mesh.blocks[entry.child.number() as usize];
+                        self.visit_triangles::<ANY>(&mut level, block, leaf, active);
+                    }
+                    Content::Group(group, _) if !entry.child.is_item() => {
+                        let block = &group.blocks[entry.child.number() as usize];
+                        self.visit_block(&level, block, active);
+                    }
+                    Content::Group(group, first_leaf) => {
+                        let offset = entry.child.number() as usize;
+                        if let Some(inner) = self
+                            .visit_instance::<ANY>(&mut level, group, first_leaf, offset, active)
+                        {
+                            self.above.push(std::mem::replace(&mut level, inner));
+                        }
+                    }
                 }
                 if ANY && !self.alive.any() {
                     return;
@@ -205,10 +220,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let [(low, low_slide), (high, high_slide)] =
             [rays[0].in_space(&space), rays[1].in_space(&space)];
         let origin = axes!(|i| I::narrow(low[i], high[i]));
-        let node_ray = NodeRay::new(
-            origin,
-            axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
-        );
+        let direction = axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i]));
+        let node_ray = NodeRay::new(origin, direction);
         let scale = I::F64::splat(space.scale);
         let descending = node_ray.descending();
         let agreed = axes!(|axis| {
@@ -223,6 +236,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         });
         let mut level = Level {
             node_ray,
+            rounded: [origin, direction],
             descending,
             entry_planes: match agreed {
                 [Some(x), Some(y), Some(z)] => Some([x, y, z]),
@@ -257,7 +271,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         for &offset in content.unbounded() {
             self.stack.push(Entry {
                 near: everywhere,
-                child: Child::leaf(offset),
+                child: Child::item(offset),
             });
         }
         level
@@ -331,37 +345,75 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         }
     }
 
-    /// Tests what a leaf holds; a level to go on with if that is one.
+    /// Pushes the instances of a block that any ray may hit, the nearest on top.
     #[inline(always)]
-    fn visit_leaf<const ANY: bool>(
+    fn visit_block(
+        &mut self,
+        level: &Level<'s, I, F>,
+        block: &InstanceBlock,
+        active: PacketMask<I>,
+    ) {
+        let [o, d] = level.rounded;
+        let nowhere = I::F32::splat(f32::NAN);
+        let mut nears = [0.0; LARGEST_LEAF];
+        let base = self.stack.len();
+        for i in 0..block.len as usize {
+            let (near, far) = block.interval_of(i, o, d);
+            let met = near.le(far) & near.le(level.before) & level.after.le(far) & active;
+            if !met.any() {
+                continue;
+            }
+            let near = I::F32::select(met, near, nowhere);
+            let first = near.horizontal_min();
+            let child = Child::item(block.instances[i]);
+            self.stack.push(Entry { near, child });
+            let mut j = self.stack.len() - 1 - base;
+            while j > 0 && nears[j - 1] < first {
+                self.stack.swap(base + j, base + j - 1);
+                nears[j] = nears[j - 1];
+                j -= 1;
+            }
+            nears[j] = first;
+        }
+    }
+
+    /// Tests a block of triangles.
+    #[inline(always)]
+    fn visit_triangles<const ANY: bool>(
         &mut self,
         level: &mut Level<'s, I, F>,
-        number: u32,
+        block: &TriangleBlock<F>,
+        leaf: i64,
+        active: PacketMask<I>,
+    ) {
+        let rays = &level.rays;
+        let prepared = match level.triangle_rays {
+            Some(prepared) => prepared,
+            None => *level.triangle_rays.insert(F::packet_rays::<I>(rays)),
+        };
+        let mut taken = PacketMask::<I>::none();
+        let prepared = F::packet_within::<I>(prepared, rays, &self.t_min, &self.best.t);
+        for lane in 0..block.len as usize {
+            let (hit, t) = F::packet_triangle::<I>(&prepared, rays, block, lane, active);
+            if hit.any() {
+                let triangle = block.triangles[lane];
+                taken = taken | self.best.offer(hit, &t, leaf, triangle);
+            }
+        }
+        self.take::<ANY>(level, taken);
+    }
+
+    /// Enters an instance of a group: tests what it is of, or returns that as the level to go on
+    /// with.
+    #[inline(always)]
+    fn visit_instance<const ANY: bool>(
+        &mut self,
+        level: &mut Level<'s, I, F>,
+        group: &Group,
+        first_leaf: i64,
+        offset: usize,
         active: PacketMask<I>,
     ) -> Option<Level<'s, I, F>> {
-        let (group, first_leaf) = match level.content {
-            Content::Group(group, first_leaf) => (group, first_leaf),
-            Content::Mesh(mesh, leaf) => {
-                let rays = &level.rays;
-                let prepared = match level.triangle_rays {
-                    Some(prepared) => prepared,
-                    None => *level.triangle_rays.insert(F::packet_rays::<I>(rays)),
-                };
-                let block = &mesh.blocks[number as usize];
-                let mut taken = PacketMask::<I>::none();
-                let prepared = F::packet_within::<I>(prepared, rays, &self.t_min, &self.best.t);
-                for lane in 0..block.len as usize {
-                    let (hit, t) = F::packet_triangle::<I>(&prepared, rays, block, lane, active);
-                    if hit.any() {
-                        let triangle = block.triangles[lane];
-                        taken = taken | self.best.offer(hit, &t, leaf, triangle);
-                    }
-                }
-                self.take::<ANY>(level, taken);
-                return None;
-            }
-        };
-        let offset = number as usize;
         let row = group.start + offset;
         let target = self.scene.target(row);
         let entrance = self.scene.entrance(row, &target);
