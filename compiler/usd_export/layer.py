@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Gf, Sdf, Vt
 
 from compiler.transforms import compose
@@ -63,7 +64,7 @@ def place(prim: Any, steps: tuple[Step, ...]) -> None:
         return
     names = []
     if len(steps) > MAX_STEPS:
-        names.append(_matrix(prim, matrices(steps)[0], "xformOp:transform"))
+        names.append(_matrix(prim, matrices(steps)[0][0], "xformOp:transform"))
     else:
         for number, step in enumerate(steps):
             names.append(_operation(prim, step, number))
@@ -71,12 +72,17 @@ def place(prim: Any, steps: tuple[Step, ...]) -> None:
     attribute(prim, "xformOpOrder", "token[]", order, uniform=True)
 
 
-def matrices(steps: tuple[Step, ...]) -> FloatArray:
-    """The chain's matrices `(n, 3, 4)`, composed in double-double and rounded once."""
+def matrices(steps: tuple[Step, ...]) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The chain's matrices `(n, 3, 4)`, composed in double-double and rounded once.
+
+    With them, which have a finite inverse `(n,)`: what others place is left out of pictures too.
+    """
     count = next((len(step.values) for step in steps if step.values.ndim == 2), 1)
-    rows = np.empty((count, 3, 4))
-    compose(steps).forward.round_into(rows)
-    return rows
+    rows, inverse = np.empty((2, count, 3, 4))
+    placement = compose(steps)
+    placement.forward.round_into(rows)
+    placement.inverse.round_into(inverse)
+    return rows, np.asarray((np.isfinite(rows) & np.isfinite(inverse)).all(axis=(1, 2)))
 
 
 def matrix4d(rows: FloatArray) -> Any:
@@ -100,7 +106,7 @@ def _operation(prim: Any, step: Step, number: int) -> str:
             attribute(prim, name, "double", float(np.copysign(1.0, values[axis]) * values[3]))
             return inverse + name
         case _:
-            return _matrix(prim, matrices((step,))[0], f"xformOp:transform{suffix}")
+            return _matrix(prim, matrices((step,))[0][0], f"xformOp:transform{suffix}")
 
 
 def _matrix(prim: Any, rows: FloatArray, name: str) -> str:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Sdf
 
 from compiler.compress import NO_MATERIAL, Branches, Edge
 from compiler.provenance import Origins
-from compiler.transforms import compose
 from compiler.usd_export import ExportOptions
 from compiler.usd_export.instancer import is_sayable, write_instances
 from compiler.usd_export.layer import child, identifier, matrices, place, relationship
@@ -38,6 +38,8 @@ class Writer:
     looks: Looks
     options: ExportOptions
     _labels: list[str] = field(default_factory=list)
+    _composed: dict[int, tuple[FloatArray, NDArray[np.bool_]]] = field(default_factory=dict)
+    _sayable: dict[int, bool] = field(default_factory=dict)
     _uses: dict[int, int] = field(default_factory=dict)
     _classes: dict[int, Any] = field(default_factory=dict)
     _pending: list[tuple[int, Any, int]] = field(default_factory=list)
@@ -106,17 +108,17 @@ class Writer:
             self._batch(parent, first, depth)
             return
         if len(edges) >= self.options.many:
-            rows = np.concatenate([self._matrices(edge) for edge in edges])
-            kept = _invertible(rows)
-            if kept.any() and is_sayable(rows[kept]):
-                self._instancer(parent, first, rows[kept], None, depth)
+            each = [self._rows(edge) for edge in edges]
+            rows = np.concatenate([rows[exists] for rows, exists in each])
+            if len(rows) and is_sayable(rows):
+                self._instancer(parent, first, rows, None, depth)
                 return
         for edge in edges:
             self._single(parent, edge, depth)
 
     def _single(self, parent: Any, edge: Edge, depth: int) -> None:
         steps = self.branches.chains[edge.chain].steps if edge.chain >= 0 else ()
-        if any(map(_may_be_singular, steps)) and not _invertible(matrices(steps))[0]:
+        if any(map(_may_be_singular, steps)) and not self._rows(edge)[1][0]:
             return
         prim = child(parent, self._name(edge, numbered=True), "Xform")
         self.looks.bind(prim, edge.material)
@@ -124,17 +126,14 @@ class Writer:
         self._fill(prim, edge, depth)
 
     def _batch(self, parent: Any, edge: Edge, depth: int) -> None:
-        rows = self._matrices(edge)
-        kept = _invertible(rows)
+        rows, exists = self._rows(edge)
         numbers = np.arange(edge.count) if edge.indices is None else edge.indices
-        if not kept.any():
-            return
         if self._is_instanced(edge):
-            ids = None if edge.indices is None and kept.all() else numbers[kept]
-            self._instancer(parent, edge, rows[kept], ids, depth)
+            ids = None if edge.indices is None and exists.all() else numbers[exists]
+            self._instancer(parent, edge, rows[exists], ids, depth)
             return
         name = self._name(edge)
-        for matrix, number in zip(rows[kept], numbers[kept].tolist(), strict=True):
+        for matrix, number in zip(rows[exists], numbers[exists].tolist(), strict=True):
             prim = child(parent, f"{name}_{number}", "Xform")
             self.looks.bind(prim, edge.material)
             step = Step(StepKind.MATRIX, matrix.ravel())
@@ -185,18 +184,22 @@ class Writer:
     def _inner(self, target: int) -> tuple[Step, ...]:
         return inner_steps(self.leaves[target]) if target >= 0 else ()
 
-    def _matrices(self, edge: Edge) -> FloatArray:
+    def _rows(self, edge: Edge) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """The matrices of an edge's lanes, and which of them have an inverse."""
         if edge.chain < 0:
-            return np.eye(3, 4)[None]
-        return matrices(self.branches.chains[edge.chain].steps)
+            return np.eye(3, 4)[None], np.ones(1, dtype=bool)
+        if edge.chain not in self._composed:
+            self._composed[edge.chain] = matrices(self.branches.chains[edge.chain].steps)
+        return self._composed[edge.chain]
 
     def _is_instanced(self, edge: Edge) -> bool:
         """Whether a batch becomes a point instancer."""
         if edge.count < self.options.many:
             return False
-        rows = self._matrices(edge)
-        kept = _invertible(rows)
-        return bool(kept.any() and is_sayable(rows[kept]))
+        if edge.chain not in self._sayable:
+            rows, exists = self._rows(edge)
+            self._sayable[edge.chain] = bool(exists.any() and is_sayable(rows[exists]))
+        return self._sayable[edge.chain]
 
     def _name(self, edge: Edge, *, numbered: bool = False) -> str:
         """A name from the object path."""
@@ -220,11 +223,3 @@ def _alike(a: Edge, b: Edge) -> bool:
 
 def _may_be_singular(step: Step) -> bool:
     return step.kind in (StepKind.SCALE, StepKind.MATRIX)
-
-
-def _invertible(rows: FloatArray) -> Any:
-    """Which matrices `(n, 3, 4)` have a finite inverse: others are left out of pictures too."""
-    inverse = np.empty_like(rows)
-    placement = compose((Step(StepKind.MATRIX, rows.reshape(-1, 12)),))
-    placement.inverse.round_into(inverse)
-    return (np.isfinite(rows) & np.isfinite(inverse)).all(axis=(1, 2))
