@@ -14,7 +14,7 @@ from compiler.affine import Affine
 from compiler.double_double import DoubleDouble, Part
 from compiler.provenance import Texts
 from compiler.vectors import cross, dot, length, unit
-from dsl.scene import Camera, Material, PointLight, Settings, Sky, Sun
+from dsl.scene import MATERIAL_PARAMETERS, Camera, Material, PointLight, Settings, Sky, Sun
 
 Light = Sun | PointLight | Sky
 
@@ -23,7 +23,7 @@ def material_table(materials: Iterable[Material]) -> NDArray[np.void]:
     """`SceneIR.materials`."""
     rows = list(materials)
     table = np.zeros(len(rows), dtype=ir.MATERIAL)
-    for name in (field.name for field in fields(Material)):
+    for name in MATERIAL_PARAMETERS:
         if rows:
             table[name] = [getattr(material, name) for material in rows]
     return table

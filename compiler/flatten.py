@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compiler.appearance import camera_table, light_table, material_table, settings_record
+from compiler.attributes import attribute_arrays, texture_table
 from compiler.compress import Branches, compress, overriding
 from compiler.expand import Integers, Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
@@ -76,6 +77,9 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     texts = Texts()
     cameras = camera_table(lights.cameras, texts)
     origin_table = origins.table(used_origins, texts)
+    shown = [materials.nodes[m] for m in used_materials]
+    attributes = attribute_arrays(prototypes.meshes(used_prototypes.tolist()), texts)
+    textures = texture_table(shown, texts)
     text_ends, text_bytes = texts.arrays()
     ir = SceneIR(
         **prototypes.arrays(used_prototypes.tolist())._asdict(),
@@ -86,7 +90,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         translation_low=table.low if table.low.any() else np.zeros((0, 3), dtype=np.float32),
         instance_material=_renumbered_materials(table.material, used_materials),
         instance_source=table.source.astype(np.int32),
-        materials=material_table(materials.nodes[m] for m in used_materials),
+        materials=material_table(shown),
         lights=light_table(lights.lights),
         cameras=cameras,
         settings=settings_record(n for n in walked.order if isinstance(n, Settings)),
@@ -96,6 +100,8 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         origins=origin_table,
         text_ends=text_ends,
         text_bytes=text_bytes,
+        **attributes._asdict(),
+        textures=textures,
     )
     pruned = Pruned(
         equal_shapes=prototypes.equal,

@@ -6,13 +6,13 @@ its scene requires; tables of what the scene does not use are empty.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dsl.scene import ShapeKind
+from dsl.scene import MATERIAL_PARAMETERS, ShapeKind
 
 VERSION = 1
 
@@ -37,6 +37,41 @@ MATERIAL = np.dtype(
     ]
 )
 """One material: `dsl.scene.Material`, flat."""
+
+MESH_ATTRIBUTE = np.dtype(
+    [
+        ("mesh", "<i4"),  # row of mesh_ranges
+        ("name", "<i4"),  # text
+        ("width", "<i4"),  # numbers of a value
+        ("reserved", "<i4"),
+        ("first_value", "<i8"),  # of attribute_values
+        ("end_value", "<i8"),
+        ("first_corner", "<i8"),  # of attribute_corners, three for each triangle; -1: by point
+    ]
+)
+"""One attribute of a mesh: `dsl.scene.MeshAttribute`."""
+
+TEXTURED = (*MATERIAL_PARAMETERS, "normal", "displacement", "occlusion")
+CHANNELS = ("r", "g", "b", "a", "rgb")
+WRAPS = ("black", "clamp", "repeat", "mirror", "useMetadata")
+COLOR_SPACES = ("auto", "raw", "sRGB")
+TEXTURE = np.dtype(
+    [
+        ("material", "<i4"),
+        ("parameter", "<i4"),  # index of TEXTURED
+        ("file", "<i4"),  # text
+        ("attribute", "<i4"),  # text
+        ("channels", "<i4"),  # index of CHANNELS
+        ("wrap_s", "<i4"),  # index of WRAPS
+        ("wrap_t", "<i4"),
+        ("color_space", "<i4"),  # index of COLOR_SPACES
+        ("scale", "<f8", 4),
+        ("bias", "<f8", 4),
+        ("fallback", "<f8", 4),
+        ("matrix", "<f8", 6),
+    ]
+)
+"""One texture of a material: `dsl.scene.Texture`, flat."""
 
 SUN, POINT, SKY = 0, 1, 2
 LIGHTS = ("sun", "point", "sky")
@@ -143,10 +178,16 @@ class SceneIR:
     text_ends: NDArray[np.int64]  # (x,) end of each text in text_bytes
     text_bytes: NDArray[np.uint8]  # UTF-8
 
+    # What varies over surfaces
+    mesh_attributes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, MESH_ATTRIBUTE))
+    attribute_values: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
+    attribute_corners: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
+    textures: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, TEXTURE))  # by material
+
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        return sum(int(getattr(self, field.name).nbytes) for field in fields(self))
+        return sum(int(getattr(self, column.name).nbytes) for column in fields(self))
 
     def text(self, index: int) -> str:
         """The text of that index."""
@@ -178,6 +219,10 @@ COLUMNS: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
     "origins": (ORIGIN, ()),
     "text_ends": (np.dtype("<i8"), ()),
     "text_bytes": (np.dtype("u1"), ()),
+    "mesh_attributes": (MESH_ATTRIBUTE, ()),
+    "attribute_values": (np.dtype("<f4"), ()),
+    "attribute_corners": (np.dtype("<i4"), ()),
+    "textures": (TEXTURE, ()),
 }
 """Each array's dtype and the shape of its rows."""
 

@@ -89,12 +89,19 @@ def read_ir(path: str | Path) -> SceneIR:
 def content_hash(scene: SceneIR) -> str:
     """SHA-256, in hex, of what the picture depends on: all but the sources.
 
-    Numbers of texts do not count, names of cameras do.
+    Numbers of texts do not count, the texts that cameras, attributes and textures name do.
     """
-    cameras = scene.cameras.copy()
-    names = [scene.text(int(index)) for index in cameras["name"]]
-    cameras["name"] = 0
-    scene = replace(scene, cameras=cameras)
+    names = []
+    for table, columns in (
+        ("cameras", ("name",)),
+        ("mesh_attributes", ("name",)),
+        ("textures", ("file", "attribute")),
+    ):
+        unnamed = getattr(scene, table).copy()
+        for column in columns:
+            names += [scene.text(int(index)) for index in unnamed[column]]
+            unnamed[column] = 0
+        scene = replace(scene, **{table: unnamed})
     digest = hashlib.sha256(f"ovolo ir {VERSION} {names!r}".encode(errors="replace"))
     for name in COLUMNS:
         if not name.startswith(("source_", "origins", "text_", "instance_source")):

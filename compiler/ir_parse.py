@@ -23,6 +23,7 @@ from compiler.ir_text import (
     MATERIAL_WORDS,
     PROJECTIONS,
     SETTINGS_WORDS,
+    TEXTURE_WORDS,
     Word,
 )
 from compiler.provenance import Texts
@@ -70,6 +71,17 @@ class _Group:
     sources: dict[int, int] = field(default_factory=dict)
 
 
+@dataclass(slots=True)
+class _Attribute:
+    """An attribute of the mesh of that number."""
+
+    mesh: int
+    name: str
+    width: int
+    values: list[list[float]] = field(default_factory=list)
+    corners: list[list[int]] = field(default_factory=list)
+
+
 class _Parser:
     def __init__(self) -> None:
         self.faults: list[Diagnostic] = []
@@ -79,6 +91,8 @@ class _Parser:
         self.data: list[int] = []
         self.parameters: list[float] = []
         self.meshes: list[tuple[list[list[float]], list[list[int]]]] = []
+        self.attributes: list[_Attribute] = []
+        self.textures: list[NDArray[np.void]] = []
         self.materials: list[NDArray[np.void]] = []
         self.first_material: int | None = None
         self.groups: list[_Group] = []
@@ -106,6 +120,7 @@ class _Parser:
         sections = {
             "prototypes": self._prototype,
             "materials": self._material,
+            "textures": self._texture,
             "instances": self._instance,
             "group": self._instance,
             "lights": self._light,
@@ -126,6 +141,9 @@ class _Parser:
         raise line.fault("this line belongs to no section")
 
     def _prototype(self, line: Line) -> None:
+        if line.peek() in ("attribute", "value", "corners"):
+            self._attribute(line)
+            return
         if line.peek() in ("point", "face"):
             if not self.kinds or self.kinds[-1] != MESH:
                 raise line.fault("this line belongs to no mesh")
@@ -150,6 +168,32 @@ class _Parser:
             for index, parameter in enumerate(parameters, self.data[-1]):
                 line.expect(parameter)
                 (self.parameters[index],) = line.numbers(1)
+
+    def _attribute(self, line: Line) -> None:
+        if line.accept("attribute"):
+            if not self.kinds or self.kinds[-1] != MESH:
+                raise line.fault("this line belongs to no mesh")
+            name = line.text()
+            self.attributes.append(_Attribute(len(self.meshes) - 1, name, line.integer(1, 64)))
+            return
+        if not self.attributes or self.attributes[-1].mesh != len(self.meshes) - 1:
+            raise line.fault("this line belongs to no attribute")
+        attribute = self.attributes[-1]
+        if line.accept("value"):
+            attribute.values.append(line.numbers(attribute.width))
+        else:
+            line.expect("corners")
+            attribute.corners.append([line.integer() for _ in range(3)])
+
+    def _texture(self, line: Line) -> None:
+        parameter = line.choice(ir.TEXTURED, "a parameter of materials")
+        line.expect("of")
+        material = line.integer(suffix=":")
+        file, attribute = line.text(), line.text()
+        record = _record(line, ir.TEXTURE, TEXTURE_WORDS)
+        record["parameter"], record["material"] = parameter, material
+        record["file"], record["attribute"] = self.texts.index(file), self.texts.index(attribute)
+        self.textures.append(record)
 
     def _material(self, line: Line) -> None:
         number = line.integer(suffix=":")
@@ -249,6 +293,7 @@ class _Parser:
         for first, group in zip(ranges[:, 0], groups, strict=True):
             for row, values in group.inverse.items():
                 inverse[first + row] = np.reshape(values, (3, 4))
+        attributes = self._attribute_arrays()
         text_ends, text_bytes = self.texts.arrays()
         columns = np.array(self.sources, dtype=np.int32).reshape(-1, 3).T
         return SceneIR(
@@ -273,6 +318,8 @@ class _Parser:
             origins=np.array(self.origins, dtype=ir.ORIGIN),
             text_ends=text_ends,
             text_bytes=text_bytes,
+            **attributes,
+            textures=np.array(self.textures, dtype=ir.TEXTURE),
         )
 
     def _material_table(
@@ -292,6 +339,23 @@ class _Parser:
         return bool((~target < len(ranges)).all()) and needs_default_material(
             ranges, target, material
         )
+
+    def _attribute_arrays(self) -> dict[str, NDArray[Any]]:
+        rows: list[tuple[int, ...]] = []
+        values: list[float] = []
+        corners: list[int] = []
+        for attribute in self.attributes:
+            first = len(values)
+            values += [number for value in attribute.values for number in value]
+            at = len(corners) if attribute.corners else -1
+            corners += [corner for triangle in attribute.corners for corner in triangle]
+            name = self.texts.index(attribute.name)
+            rows.append((attribute.mesh, name, attribute.width, 0, first, len(values), at))
+        return {
+            "mesh_attributes": np.array(rows, dtype=ir.MESH_ATTRIBUTE),
+            "attribute_values": np.array(values, dtype=np.float32),
+            "attribute_corners": np.array(corners, dtype=np.int32),
+        }
 
     def _mesh_arrays(self) -> dict[str, NDArray[Any]]:
         ends = np.array([[len(p), len(t)] for p, t in self.meshes]).reshape(-1, 2).cumsum(axis=0)

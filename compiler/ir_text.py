@@ -5,6 +5,8 @@
       sphere 0: radius 1
     materials
       1: diffuse 0.8 0.55 0.4 roughness 1
+    textures
+      diffuse of 1: "brick.png" "st" channels rgb wrap_s repeat
     instances
       sphere 0 [1 0 0 3 | 0 1 0 0 | 0 0 1 0]
       group 1 material 1
@@ -19,6 +21,7 @@
       width 640 height 480
 
 Sections and fields come in this order; what is empty, or has its default value, is not written.
+A mesh's lines are its points, faces and attributes.
 Floats are the shortest that read back the same. An instance's line holds its target, `material m`
 or `override m`, the rows of `world_from_object` (none: the identity), `inverse` and the rows of
 `object_from_world` unless they are what inverting the rows before gives, and `low` with
@@ -31,15 +34,22 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler import ir
+from compiler.attributes import mesh_attributes
 from compiler.inverses import derived_inverses
 from compiler.ir import SceneIR
-from dsl.scene import DEFAULT_MATERIAL, SHAPE_PARAMETERS, Material, ShapeKind
+from dsl.scene import (
+    DEFAULT_MATERIAL,
+    MATERIAL_PARAMETERS,
+    SHAPE_PARAMETERS,
+    MeshAttribute,
+    ShapeKind,
+)
 
 IDENTITY_ROWS = np.eye(3, 4)
 
@@ -56,10 +66,10 @@ class Word:
 
 
 def _material_words() -> Iterator[Word]:
-    for field in fields(Material):
-        value = getattr(DEFAULT_MATERIAL, field.name)
+    for name in MATERIAL_PARAMETERS:
+        value = getattr(DEFAULT_MATERIAL, name)
         numbers = value if isinstance(value, tuple) else (float(value),)
-        yield Word(field.name, field.name, len(numbers), numbers)
+        yield Word(name, name, len(numbers), numbers)
 
 
 MATERIAL_WORDS = tuple(_material_words())
@@ -77,6 +87,16 @@ LIGHT_WORDS = {
     "sky": (Word("radiance", "color", 3),),
 }
 """By `LIGHT["kind"]`, in order."""
+TEXTURE_WORDS = (
+    Word("channels", "channels", 1, None, ir.CHANNELS),
+    Word("wrap_s", "wrap_s", 1, (ir.WRAPS.index("useMetadata"),), ir.WRAPS),
+    Word("wrap_t", "wrap_t", 1, (ir.WRAPS.index("useMetadata"),), ir.WRAPS),
+    Word("color_space", "color_space", 1, (0,), ir.COLOR_SPACES),
+    Word("scale", "scale", 4, (1.0, 1.0, 1.0, 1.0)),
+    Word("bias", "bias", 4, (0.0, 0.0, 0.0, 0.0)),
+    Word("fallback", "fallback", 4, (0.0, 0.0, 0.0, 1.0)),
+    Word("matrix", "matrix", 6, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)),
+)
 PROJECTIONS = ("perspective", "orthographic")
 CAMERA_WORDS = (
     Word("height", "height", 1),
@@ -103,6 +123,7 @@ def print_ir(scene: SceneIR, *, sources: bool = False) -> str:
     for title, body in (
         ("prototypes", _prototypes(scene)),
         ("materials", _materials(scene)),
+        ("textures", _textures(scene)),
         *_groups(scene, sources),
         ("lights", _lights(scene)),
         ("cameras", _cameras(scene)),
@@ -142,6 +163,8 @@ def _prototypes(scene: SceneIR) -> Iterator[str]:
                 yield f"  point {_numbers(point)}"
             for triangle in scene.mesh_triangles[first:end]:
                 yield f"  face {_numbers(triangle)}"
+            for attribute in mesh_attributes(scene, int(data)):
+                yield from _attribute(attribute)
             continue
         parameters = SHAPE_PARAMETERS[ShapeKind(ir.KINDS[kind])]
         values = scene.shape_parameters[data : data + len(parameters)]
@@ -154,6 +177,27 @@ def _materials(scene: SceneIR) -> Iterator[str]:
         said = " ".join(_words(record, MATERIAL_WORDS))
         if said or material:
             yield f"{material}: {said}".rstrip()
+
+
+def _attribute(attribute: MeshAttribute) -> Iterator[str]:
+    called = json.dumps(attribute.name, ensure_ascii=False)
+    yield f"  attribute {called} {attribute.values.shape[1]}"
+    for value in attribute.values:
+        yield f"  value {' '.join(map(_single, value))}"
+    if attribute.corners is not None:
+        for triangle in attribute.corners:
+            yield f"  corners {_numbers(triangle)}"
+
+
+def _textures(scene: SceneIR) -> Iterator[str]:
+    for record in scene.textures:
+        file, attribute = (
+            json.dumps(scene.text(int(record[name])), ensure_ascii=False)
+            for name in ("file", "attribute")
+        )
+        said = " ".join(_words(record, TEXTURE_WORDS))
+        parameter = ir.TEXTURED[record["parameter"]]
+        yield f"{parameter} of {record['material']}: {file} {attribute} {said}"
 
 
 def _groups(scene: SceneIR, sources: bool) -> Iterator[tuple[str, Iterable[str]]]:

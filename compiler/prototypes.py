@@ -43,7 +43,7 @@ class Prototypes:
             if not len(node.triangles):
                 self.empty += 1
                 return None
-            key = (id(node.points), id(node.triangles))
+            key = (id(node.points), id(node.triangles), *map(id, node.attributes))
         else:
             return None
         number = self._numbers.setdefault(key, len(self.nodes))
@@ -84,3 +84,7 @@ class Prototypes:
             np.concatenate([np.empty((0, 3)), *points]),
             np.concatenate([np.empty((0, 3), dtype=np.int32), *triangles], dtype=np.int32),
         )
+
+    def meshes(self, used: Sequence[int]) -> list[Mesh]:
+        """The meshes among the prototypes numbered in `used`, in that order."""
+        return [node for node in map(self.nodes.__getitem__, used) if isinstance(node, Mesh)]

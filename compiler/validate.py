@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compiler import ir
+from compiler.attributes import faults
 from compiler.ir import COLUMNS, COUNTED, KINDS, MESH, SceneIR, leaf_counts
 from compiler.rows import needs_default_material
 from dsl.codes import diagnostic
@@ -26,10 +27,11 @@ def validate(scene: SceneIR) -> list[Diagnostic]:
         _appearance,
         _texts,
         _sources,
+        faults,
     ):
         # Each check may rely on what those before it have found sound.
-        if faults := list(check(scene)):
-            return [diagnostic("ir-invalid", fault) for fault in faults]
+        if found := list(check(scene)):
+            return [diagnostic("ir-invalid", fault) for fault in found]
     return []
 
 

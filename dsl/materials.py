@@ -6,12 +6,11 @@ The parameters are those of UsdPreviewSurface; the shorthands set several of the
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from typing import Any
 
 from dsl.calls import Site
 from dsl.kinds import BOOLEAN, COLOR, MATERIAL, NUMBER
-from dsl.scene import DEFAULT_MATERIAL, Material
+from dsl.scene import DEFAULT_MATERIAL, MATERIAL_PARAMETERS, Material
 from dsl.values import Builtin, Color, Kind, Parameter, Signature, format_number
 
 _COLORS = ("diffuse", "emission", "specular")
@@ -110,7 +109,7 @@ def _kind(name: str) -> Kind:
     return BOOLEAN if name == "specular_workflow" else NUMBER
 
 
-_NAMES = tuple(field.name for field in fields(Material))
+_NAMES = MATERIAL_PARAMETERS
 _PARAMETERS = tuple(
     Parameter(name, _kind(name), getattr(DEFAULT_MATERIAL, name)) for name in _NAMES
 )

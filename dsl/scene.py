@@ -11,7 +11,7 @@ reduced exactly), colours linear Rec. 709.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, fields
 from enum import StrEnum
 from typing import Literal
 
@@ -136,16 +136,32 @@ class Shape:
 
 
 @node
+class MeshAttribute:
+    """Numbers that vary over a mesh, linearly within a triangle, for shading only.
+
+    `values` `(k, w)` float32, finite; `corners` `(m, 3)` the row of each corner of each triangle,
+    None where the rows are those of the mesh's points. Names are USD's: "normals" (object space,
+    outward, not unit), "displayColor", "displayOpacity", "st" and whatever textures name.
+    """
+
+    name: str
+    values: NDArray[np.float32]
+    corners: NDArray[np.integer] | None = None
+
+
+@node
 class Mesh:
     """A triangle mesh.
 
     `points` `(v, 3)` float64, `triangles` `(m, 3)` int64 indices into points; a triangle's normal
-    is (b - a) × (c - a). The maker has dropped faces with bad indices or NaN points.
+    is (b - a) × (c - a), whatever its attributes say. The maker has dropped faces with bad
+    indices or NaN points.
     """
 
     points: FloatArray
     triangles: IntArray
     origin: Origin | None = None
+    attributes: tuple[MeshAttribute, ...] = ()
 
 
 @node
@@ -164,8 +180,36 @@ class File:
 
 
 @value
+class Texture:
+    """A picture, or an attribute of meshes, that gives one parameter of a material (UsdUVTexture).
+
+    `parameter` is a field of Material, "normal", "displacement" or "occlusion". `file` is "" where
+    the attribute itself is the value. Coordinates are the attribute times `matrix` (2x3, row by
+    row), origin at the lower left; a texel is `scale` times the picture's plus `bias`, by
+    channel, of which `channels` are used; `fallback` where the file cannot be read.
+    """
+
+    parameter: str
+    file: str
+    attribute: str = "st"
+    channels: Literal["r", "g", "b", "a", "rgb"] = "rgb"
+    wrap: tuple[Wrap, Wrap] = ("useMetadata", "useMetadata")
+    color_space: Literal["auto", "raw", "sRGB"] = "auto"
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    fallback: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    matrix: tuple[float, float, float, float, float, float] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+Wrap = Literal["black", "clamp", "repeat", "mirror", "useMetadata"]
+
+
+@value
 class Material:
-    """The parameters of UsdPreviewSurface; colours linear. Equal materials are one."""
+    """The parameters of UsdPreviewSurface; colours linear. Equal materials are one.
+
+    A parameter that has one of the `textures` is its value where the texture is not used.
+    """
 
     diffuse: Color = (0.18, 0.18, 0.18)
     emission: Color = (0.0, 0.0, 0.0)
@@ -178,9 +222,13 @@ class Material:
     opacity: float = 1.0
     opacity_threshold: float = 0.0
     ior: float = 1.5
+    textures: tuple[Texture, ...] = ()
 
 
 DEFAULT_MATERIAL = Material()
+
+MATERIAL_PARAMETERS = tuple(f.name for f in fields(Material) if f.name != "textures")
+"""The constants of a material, in order."""
 
 
 @node

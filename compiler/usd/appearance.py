@@ -73,7 +73,8 @@ class Display:
     """A prim's displayColor and displayOpacity.
 
     `colors` `(k, 3)` with `faces` the colour of each face, or one colour and no faces. `below`
-    says that some of it is authored below the frame's base, `above` that some is not.
+    says that some of it is authored below the frame's base, `above` that some is not; `varies`
+    that the one colour is the mean of what varies within faces.
     """
 
     colors: FloatArray
@@ -81,6 +82,7 @@ class Display:
     opacity: float
     below: bool
     above: bool
+    varies: bool = False
 
     def material(self, index: int = 0) -> Material:
         """The material of one colour."""
@@ -145,7 +147,10 @@ class Appearance:
             return None
         below = [base.owns(primvar.GetAttr().GetPrim().GetPath()) for primvar in found]
         colors, faces = self._colors(color, prim)
-        return Display(colors, faces, self._opacity(opacity, prim), any(below), not all(below))
+        varies = bool(color) and color.GetInterpolation() in ("vertex", "varying", "faceVarying")
+        return Display(
+            colors, faces, self._opacity(opacity, prim), any(below), not all(below), varies
+        )
 
     def _colors(
         self, primvar: Any, prim: Any

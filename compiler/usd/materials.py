@@ -1,4 +1,4 @@
-"""Materials: UsdPreviewSurface with constant inputs."""
+"""Materials: UsdPreviewSurface, its constants and its textures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pxr import Sdf, UsdShade
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
-from dsl.scene import DEFAULT_MATERIAL, Color, Material
+from compiler.usd.textures import Textures
+from dsl.scene import DEFAULT_MATERIAL, Color, Material, Texture
 
 _INPUTS = {
     "emissiveColor": "emission",
@@ -23,6 +24,7 @@ _INPUTS = {
     "opacityThreshold": "opacity_threshold",
     "ior": "ior",
 }
+_MAPS = {"normal": "normal", "displacement": "displacement", "occlusion": "occlusion"}
 _COLORS = {"emission", "diffuse", "specular"}
 _IGNORED = {"normal", "displacement", "occlusion", "opacityMode"}
 
@@ -43,6 +45,7 @@ class Materials:
         self._clock = clock
         self._report = report
         self._read: dict[Sdf.Path, Material] = {}
+        self._textures = Textures(clock)
 
     def read(self, material: Any) -> Material:
         """The parameters of a UsdShade.Material; the default where its surface is unknown."""
@@ -77,13 +80,22 @@ class Materials:
             elif value is not None:
                 message = f"`inputs:{name}` has no finite value of its type"
                 self._report.add("usd-material", message, shader.GetPath())
+        textures = [self._texture(shader, *names) for names in (_INPUTS | _MAPS).items()]
         for name in sorted(_IGNORED):
             port = shader.GetInput(name)
             if port and port.HasConnectedSource():
                 message = f"`inputs:{name}` of surfaces is not used"
                 self._report.add("usd-material", message, shader.GetPath())
         workflow = self._value(shader, "useSpecularWorkflow")
-        return Material(specular_workflow=bool(workflow), **parameters)
+        found = tuple(texture for texture in textures if texture is not None)
+        return Material(specular_workflow=bool(workflow), textures=found, **parameters)
+
+    def _texture(self, shader: Any, name: str, parameter: str) -> Texture | None:
+        port = shader.GetInput(name)
+        for source in port.GetValueProducingAttributes() if port else ():
+            if not UsdShade.Input.IsInput(source):
+                return self._textures.read(source, parameter)
+        return None
 
     def _value(self, shader: Any, name: str) -> Any:
         """An input's constant, also through a material's interface; None where it has none."""

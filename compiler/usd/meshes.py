@@ -10,6 +10,7 @@ from pxr import Sdf, UsdShade
 from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
 from compiler.usd.options import StageOptions
+from compiler.usd.primvars import Primvars
 from compiler.usd.report import Report
 from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.surfaces import MeshSurface, read_mesh
@@ -34,7 +35,8 @@ class Meshes:
         self._skinning = Skinning(clock, report)
         self._appearance = appearance
         self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
-        self._parts: dict[tuple[Sdf.Path, bytes], list[Mesh]] = {}
+        self._parts: dict[tuple[Sdf.Path, bytes, tuple[str, ...]], list[Mesh]] = {}
+        self._primvars = Primvars(clock, report)
 
     def parts(
         self, prim: Any, binding: Binding | None, display: Display | None, base: Base
@@ -80,15 +82,18 @@ class Meshes:
             taken[faces] = True
             labels[faces] = len(materials)
             materials.append(base.own(own))
+        bound = binding.material if binding is not None else None
+        attributes = self._primvars.of_surface(prim, surface, [bound, *materials], display)
+        named = tuple(attribute.name for attribute in attributes)
         if len(materials) == 1:
-            used, key = [0], (path, b"")
+            used, key = [0], (path, b"", named)
         else:
             of_triangle = labels[surface.faces]
             used = np.unique(of_triangle).tolist()
-            key = (path, of_triangle.tobytes() if len(used) > 1 else b"")
+            key = (path, of_triangle.tobytes() if len(used) > 1 else b"", named)
         if key not in self._parts:
             chosen = [None] if len(used) == 1 else [np.flatnonzero(of_triangle == u) for u in used]
-            self._parts[key] = [surface.part(part) for part in chosen]
+            self._parts[key] = [surface.part(part, attributes) for part in chosen]
         return [
             (mesh, materials[label]) for mesh, label in zip(self._parts[key], used, strict=True)
         ]

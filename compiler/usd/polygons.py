@@ -29,12 +29,14 @@ class Polygons:
     """Faces that can be used: `counts` `(f,)` corners of each, `corners` `(c,)` their points.
 
     `faces` `(f,)` are their places among all faces, `dropped` counts others by what is wrong.
+    `places` `(c,)` are those of the corners among all that are listed, None: they are the first.
     """
 
     counts: IntArray
     corners: IntArray
     faces: IntArray
     dropped: Counter[str]
+    places: IntArray | None = None
 
     def distinct(self) -> Polygons:
         """The same without corners at the point of the next one, and faces that have too few."""
@@ -54,12 +56,12 @@ class Polygons:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangulation:
-    """`triangles` `(m, 3)` int64 indices into the points, `rows` `(m,)` the polygon of each.
+    """`corners` `(m, 3)` int64 of each triangle, `rows` `(m,)` the polygon of each.
 
-    Triangles come in order of polygons.
+    Corners are places in the list of the polygons' corners; triangles come in order of polygons.
     """
 
-    triangles: IntArray
+    corners: IntArray
     rows: IntArray
 
 
@@ -92,7 +94,8 @@ def usable_faces(points: FloatArray, counts: IntArray, indices: IntArray) -> Pol
     listed = np.zeros(len(indices), bool)
     total = int(ends[known][-1]) if known.any() else 0
     listed[:total] = np.repeat(kept[known], sizes[known])
-    return Polygons(sizes[kept], indices[listed], np.flatnonzero(kept), +dropped)
+    places = np.flatnonzero(listed)
+    return Polygons(sizes[kept], indices[places], np.flatnonzero(kept), +dropped, places)
 
 
 def _all_usable(points: FloatArray, sizes: IntArray, total: int, indices: IntArray) -> bool:
@@ -121,8 +124,8 @@ def triangulate(points: FloatArray, counts: IntArray, corners: IntArray) -> Tria
     triangles: list[IntArray] = [np.empty((0, 3), np.int64)]
     rows: list[IntArray] = [np.empty(0, np.int64)]
     for block in _blocks(counts):
-        polygons = corners[starts[block, None] + np.arange(counts[block[0]])]
-        own, of = _same_size(unit, polygons)
+        places = starts[block, None] + np.arange(counts[block[0]])
+        own, of = _same_size(unit, corners, places)
         triangles.append(own)
         rows.append(block[of])
     row = np.concatenate(rows)
@@ -140,26 +143,31 @@ def _blocks(sizes: IntArray) -> Iterator[IntArray]:
             yield faces[start : min(start + block, end)]
 
 
-def _same_size(points: FloatArray, corners: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles of faces `(f, k)`, and the row of each; no coordinate is beyond 1."""
-    count, size = corners.shape
+def _same_size(
+    points: FloatArray, corners: IntArray, places: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Triangles of faces, and the row of each; no coordinate is beyond 1.
+
+    `places` `(f, k)` are where the faces' corners are in the list of them.
+    """
+    count, size = places.shape
     if size == 3:
-        return corners, np.arange(count)
-    turns = _turns(points, corners)
+        return places, np.arange(count)
+    turns = _turns(points, corners[places])
     concave = np.flatnonzero((turns < -FLAT).any(axis=1))
     if size == 4:
-        fans = corners.copy()
+        fans = places.copy()
         fans[concave] = np.take_along_axis(
-            corners[concave],
+            places[concave],
             (np.argmin(turns[concave], axis=1)[:, None] + np.arange(4)) % 4,
             axis=1,
         )
         return _fans(fans), np.repeat(np.arange(count), 2)
     convex = np.setdiff1d(np.arange(count), concave, assume_unique=True)
-    triangles = [_fans(corners[convex])]
+    triangles = [_fans(places[convex])]
     rows = [np.repeat(convex, size - 2)]
     for row in concave:
-        own = corners[row][_ears(points[corners[row]])]
+        own = places[row][_ears(points[corners[places[row]]])]
         triangles.append(own)
         rows.append(np.full(len(own), row))
     return np.concatenate(triangles), np.concatenate(rows)

@@ -78,7 +78,7 @@ def refined(
         message = "faces of a `loop` mesh that are no triangles are cut into triangles first"
         report.add("usd-subdivision", message, path)
         found = triangulate(points, polygons.counts, polygons.corners)
-        corners, faces = found.triangles.ravel(), polygons.faces[found.rows]
+        corners, faces = polygons.corners[found.corners.ravel()], polygons.faces[found.rows]
         polygons = Polygons(np.full(len(faces), 3), corners, faces, polygons.dropped)
         polygons = polygons.distinct()
     if not len(polygons.counts):

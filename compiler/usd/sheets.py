@@ -156,7 +156,7 @@ def _pressed_mesh(mesh: Mesh, matrix: FloatArray) -> Mesh | None:
     kept = np.abs(area) > FLAT * np.abs(area).max(initial=0.0)
     if not kept.any():
         return None
-    return replace(mesh, points=points, triangles=mesh.triangles[kept])
+    return replace(mesh, points=points, triangles=mesh.triangles[kept], attributes=())
 
 
 def _shadow(shape: Shape, matrix: FloatArray) -> Mesh | None:

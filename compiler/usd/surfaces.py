@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from compiler.usd.polygons import triangulate, usable_faces
 from compiler.usd.refinement import SCHEMES, refined
 from compiler.usd.report import Report
 from compiler.usd.skinning import Skinning, is_skinned
-from dsl.scene import FloatArray, IntArray, Mesh
+from dsl.scene import FloatArray, IntArray, Mesh, MeshAttribute
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,23 +23,43 @@ class MeshSurface:
     """A triangulated mesh that still knows its faces.
 
     `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
-    `face_count` the number of faces that the prim lists.
+    `face_count` the number of faces that the prim lists. `places` `(m, 3)` say which of the prim's
+    `faceVertexIndices` each corner is; None for refined surfaces, whose points are not the prim's.
     """
 
     points: FloatArray
     triangles: IntArray
     faces: IntArray
     face_count: int
+    places: IntArray | None = None
 
-    def part(self, chosen: IntArray | None = None) -> Mesh:
-        """The mesh of the chosen triangles (all by default), with the points they use only."""
+    def part(
+        self, chosen: IntArray | None = None, attributes: Sequence[MeshAttribute] = ()
+    ) -> Mesh:
+        """The mesh of the chosen triangles (all by default), with the points they use only.
+
+        `attributes` are those of the whole surface.
+        """
         triangles = self.triangles if chosen is None else self.triangles[chosen]
         used = np.zeros(len(self.points), bool)
         used[triangles] = True
-        if used.all():
-            return Mesh(self.points, triangles)
+        whole = bool(used.all())
+        own = tuple(
+            MeshAttribute(
+                attribute.name,
+                attribute.values
+                if whole or attribute.corners is not None
+                else attribute.values[used],
+                attribute.corners
+                if chosen is None or attribute.corners is None
+                else attribute.corners[chosen],
+            )
+            for attribute in attributes
+        )
+        if whole:
+            return Mesh(self.points, triangles, attributes=own)
         renumbered = np.cumsum(used) - 1
-        return Mesh(self.points[used], renumbered[triangles])
+        return Mesh(self.points[used], renumbered[triangles], attributes=own)
 
 
 def read_mesh(
@@ -88,14 +109,16 @@ def read_mesh(
     for reason, number in polygons.dropped.items():
         report.add("usd-mesh", f"{number} faces {reason} are left out", path)
     found = triangulate(points, polygons.counts, polygons.corners)
-    triangles, faces = found.triangles, polygons.faces[found.rows]
+    triangles, faces = polygons.corners[found.corners], polygons.faces[found.rows]
+    places = found.corners if polygons.places is None else polygons.places[found.corners]
     holes = clock.integers(prim.GetAttribute("holeIndices"))
     if holes is not None and len(holes):
         kept = ~np.isin(faces, holes)
-        triangles, faces = triangles[kept], faces[kept]
+        triangles, faces, places = triangles[kept], faces[kept], places[kept]
     if not len(triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
     if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
-        triangles = np.ascontiguousarray(triangles[:, ::-1])
-    return MeshSurface(points, triangles, faces, len(counts))
+        triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
+    refined_surface = scheme in SCHEMES and options.complexity != "low"
+    return MeshSurface(points, triangles, faces, len(counts), None if refined_surface else places)

@@ -205,7 +205,7 @@ def test_every_type_and_attribute_is_honoured_or_reported(
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("normal3f[] normals = [(0, 0, 1)]", "`normals` of `Mesh` prims"),
+        ("normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1)]", "`normals` of `Mesh` prims"),
         ("vector3f[] velocities = [(0, 0, 1)]", "`velocities` of `Mesh` prims"),
         ("texCoord2f[] primvars:st = [(0, 1)]", "primvar `st`"),
         ("normal3f[] primvars:normals = [(0, 0, 1)]", "primvar `normals`"),

@@ -1,0 +1,126 @@
+"""Primvars of meshes as attributes: normals, colours, and what textures ask for.
+
+Only what the materials of a mesh name is read, normals that are honoured, and colours that vary
+within faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import UsdGeom
+
+from compiler.usd.appearance import Display
+from compiler.usd.clock import Clock
+from compiler.usd.report import Report
+from compiler.usd.surfaces import MeshSurface
+from dsl.scene import Material, MeshAttribute
+
+Rows = NDArray[np.integer]
+
+
+class Primvars:
+    """Reads the primvars of a stage's meshes."""
+
+    def __init__(self, clock: Clock, report: Report) -> None:
+        self._clock = clock
+        self._report = report
+
+    def of_surface(
+        self,
+        prim: Any,
+        surface: MeshSurface,
+        materials: Iterable[Material | None],
+        display: Display | None,
+    ) -> tuple[MeshAttribute, ...]:
+        """The attributes of a mesh that is drawn in these materials; none of a refined one."""
+        if surface.places is None:
+            return ()
+        named = {t.attribute: None for m in materials if m is not None for t in m.textures}
+        if display is not None and display.varies:
+            named["displayColor"] = None
+        primvars = UsdGeom.PrimvarsAPI(prim)
+        found = [self._normals(prim, surface)]
+        for name in named:
+            primvar = primvars.FindPrimvarWithInheritance(name)
+            if primvar and primvar.HasValue():
+                values = self._clock.value(primvar.GetAttr())
+                indices = self._indices(primvar)
+                token = str(primvar.GetInterpolation())
+                found.append(self._attribute(prim, name, values, indices, token, surface))
+        return tuple(attribute for attribute in found if attribute is not None)
+
+    def _normals(self, prim: Any, surface: MeshSurface) -> MeshAttribute | None:
+        """Authored normals, unless the mesh is a subdivision surface; primvars come first."""
+        if self._clock.token(prim.GetAttribute("subdivisionScheme")) != "none":
+            return None
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
+        if primvar and primvar.HasAuthoredValue():
+            values, indices = self._clock.value(primvar.GetAttr()), self._indices(primvar)
+            token = str(primvar.GetInterpolation())
+        elif prim.GetAttribute("normals").HasAuthoredValue():
+            values, indices = self._clock.value(prim.GetAttribute("normals")), None
+            token = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
+        else:
+            return None
+        found = self._attribute(prim, "normals", values, indices, token, surface)
+        return found if found is not None and found.values.shape[1] == 3 else None
+
+    def _indices(self, primvar: Any) -> Rows | None:
+        if not primvar.IsIndexed():
+            return None
+        indices = self._clock.integers(primvar.GetIndicesAttr())
+        return np.empty(0, np.int64) if indices is None else indices
+
+    def _attribute(
+        self,
+        prim: Any,
+        name: str,
+        value: Any,
+        indices: Rows | None,
+        interpolation: str,
+        surface: MeshSurface,
+    ) -> MeshAttribute | None:
+        """An attribute from a primvar's values, or None (reported) where they do not fit."""
+        assert surface.places is not None
+        values = _table(value)
+        if values is None or not np.isfinite(values).all():
+            self._ignore(prim, name, "holds no finite numbers")
+            return None
+        rows = np.arange(len(values)) if indices is None else indices
+        if len(rows) and (rows.min() < 0 or rows.max() >= len(values)):
+            self._ignore(prim, name, "has indices out of range")
+            return None
+        if interpolation in ("vertex", "varying") and len(rows) == len(surface.points):
+            return MeshAttribute(name, values if indices is None else values[rows])
+        if interpolation == "faceVarying" and len(rows) > surface.places.max(initial=-1):
+            return MeshAttribute(name, values, rows[surface.places].astype(np.int32))
+        if interpolation == "uniform" and len(rows) == surface.face_count:
+            each = rows[surface.faces].astype(np.int32)
+            return MeshAttribute(name, values, np.repeat(each[:, None], 3, axis=1))
+        if interpolation == "constant" and len(rows):
+            each = np.full((len(surface.faces), 3), rows[0], np.int32)
+            return MeshAttribute(name, values, each)
+        self._ignore(prim, name, f"has a wrong number of values for `{interpolation}`")
+        return None
+
+    def _ignore(self, prim: Any, name: str, why: str) -> None:
+        message = f"the primvar `{name}` {why}, and is ignored"
+        self._report.add("usd-primvar", message, prim.GetPath())
+
+
+def _table(value: Any) -> NDArray[np.float32] | None:
+    """Rows of numbers `(k, w)`, or None for what is not that."""
+    if value is None or isinstance(value, str):
+        return None
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        return None
+    if array.dtype.kind not in "fiu" or array.ndim not in (1, 2) or not array.size:
+        return None
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array.reshape(len(array), -1), dtype=np.float32)

@@ -1,0 +1,126 @@
+"""Networks of UsdUVTexture, UsdTransform2d and primvar readers as textures of a material.
+
+A network is followed from a surface's input: a texture, whose `st` comes from a primvar reader,
+perhaps through transforms; or a primvar reader itself. Everything else is not understood.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, get_args
+
+import numpy as np
+from pxr import UsdShade
+
+from compiler.usd.clock import Clock
+from dsl.scene import FloatArray, Texture, Wrap
+
+TRANSFORMS = 16
+"""UsdTransform2d one behind another that are followed."""
+
+_CHANNELS = ("r", "g", "b", "a", "rgb")
+_SPACES = ("auto", "raw", "sRGB")
+
+
+class Textures:
+    """Reads the textures of a stage's materials."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def read(self, output: Any, parameter: str) -> Texture | None:
+        """The texture whose `output` gives a material's parameter, or None if it is not one."""
+        shader = UsdShade.Shader(output.GetPrim())
+        kind = shader.GetShaderId() or ""
+        if kind.startswith("UsdPrimvarReader_"):
+            return Texture(parameter, "", self._text(shader, "varname"))
+        if kind != "UsdUVTexture":
+            return None
+        coordinates = self._coordinates(shader)
+        if coordinates is None:
+            return None
+        attribute, matrix = coordinates
+        a, b, c, d, e, f = matrix[:2].ravel().tolist()
+        channels = UsdShade.Output(output).GetBaseName()
+        file = self._value(shader, "file")
+        return Texture(
+            parameter,
+            (file.resolvedPath or file.path) if hasattr(file, "resolvedPath") else "",
+            attribute,
+            channels if channels in _CHANNELS else "rgb",
+            (self._wrap(shader, "wrapS"), self._wrap(shader, "wrapT")),
+            self._choice(shader, "sourceColorSpace", _SPACES),
+            self._four(shader, "scale", (1.0, 1.0, 1.0, 1.0)),
+            self._four(shader, "bias", (0.0, 0.0, 0.0, 0.0)),
+            self._four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)),
+            (a, b, c, d, e, f),
+        )
+
+    def _coordinates(self, shader: Any) -> tuple[str, FloatArray] | None:
+        """The attribute of the texture coordinates, and what they are multiplied by, `(3, 3)`."""
+        matrix = np.eye(3)
+        port = shader.GetInput("st")
+        for _ in range(TRANSFORMS):
+            sources = port.GetValueProducingAttributes() if port else ()
+            if not sources or UsdShade.Input.IsInput(sources[0]):
+                return None
+            source = UsdShade.Shader(sources[0].GetPrim())
+            kind = source.GetShaderId() or ""
+            if kind.startswith("UsdPrimvarReader_"):
+                return self._text(source, "varname"), matrix
+            if kind != "UsdTransform2d":
+                return None
+            matrix = matrix @ self._transform(source)
+            port = source.GetInput("in")
+        return None
+
+    def _transform(self, shader: Any) -> FloatArray:
+        """Scale, then a counter-clockwise turn, then translation."""
+        scale = self._numbers(shader, "scale", (1.0, 1.0))
+        offset = self._numbers(shader, "translation", (0.0, 0.0))
+        (degrees,) = self._numbers(shader, "rotation", (0.0,))
+        angle = math.radians(degrees)
+        cos, sin = math.cos(angle), math.sin(angle)
+        return np.array(
+            [
+                (cos * scale[0], -sin * scale[1], offset[0]),
+                (sin * scale[0], cos * scale[1], offset[1]),
+                (0.0, 0.0, 1.0),
+            ]
+        )
+
+    def _value(self, shader: Any, name: str) -> Any:
+        port = shader.GetInput(name)
+        for source in port.GetValueProducingAttributes() if port else ():
+            if UsdShade.Input.IsInput(source):
+                return self._clock.value(source)
+        return None
+
+    def _text(self, shader: Any, name: str) -> str:
+        value = self._value(shader, name)
+        return value if isinstance(value, str) else ""
+
+    def _wrap(self, shader: Any, name: str) -> Wrap:
+        wrap: Wrap = self._choice(shader, name, get_args(Wrap), "useMetadata")
+        return wrap
+
+    def _choice(
+        self, shader: Any, name: str, choices: tuple[str, ...], otherwise: str = "auto"
+    ) -> Any:
+        value = self._text(shader, name)
+        return value if value in choices else otherwise
+
+    def _numbers(self, shader: Any, name: str, otherwise: tuple[float, ...]) -> tuple[float, ...]:
+        value = self._value(shader, name)
+        try:
+            numbers = tuple(np.array(value, dtype=np.float64).ravel().tolist())
+        except (TypeError, ValueError):
+            return otherwise
+        sound = len(numbers) == len(otherwise) and all(map(math.isfinite, numbers))
+        return numbers if sound else otherwise
+
+    def _four(
+        self, shader: Any, name: str, otherwise: tuple[float, float, float, float]
+    ) -> tuple[float, float, float, float]:
+        r, g, b, a = self._numbers(shader, name, otherwise)
+        return (r, g, b, a)
