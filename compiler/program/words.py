@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from compiler import ir
-from dsl.scene import DEFAULT_MATERIAL, Color, Material, Shape, ShapeKind, Step, StepKind
+from dsl.scene import (
+    DEFAULT_MATERIAL,
+    MATERIAL_PARAMETERS,
+    Color,
+    Material,
+    Shape,
+    ShapeKind,
+    Step,
+    StepKind,
+)
 from dsl.values import format_number
 
 
@@ -130,16 +138,16 @@ _LINE = 70
 def material(node: Material) -> str:
     """The call that makes a material: what differs from the default."""
     named = {}
-    for one in fields(Material):
-        value = getattr(node, one.name)
-        if value == getattr(DEFAULT_MATERIAL, one.name):
+    for name in MATERIAL_PARAMETERS:
+        value = getattr(node, name)
+        if value == getattr(DEFAULT_MATERIAL, name):
             continue
         if isinstance(value, bool):
-            named[one.name] = "true" if value else "false"
+            named[name] = "true" if value else "false"
         elif isinstance(value, tuple):
-            named[one.name] = color(value)
+            named[name] = color(value)
         else:
-            named[one.name] = short(value)
+            named[name] = short(value)
     return call("material", **named)
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from compiler.ir import KINDS, SceneIR
 from dsl.scene import (
     DEFAULT_MATERIAL,
+    MATERIAL_PARAMETERS,
     SHAPE_PARAMETERS,
     Bind,
     Group,
@@ -124,7 +125,7 @@ def _rows(
         record = ir.materials[number]
         fields: dict[str, Any] = {
             name: tuple(record[name].tolist()) if record[name].ndim else record[name].item()
-            for name in Material.__dataclass_fields__
+            for name in MATERIAL_PARAMETERS
         }
         material = Material(**fields)
         yield (kind, tuple(ir.shape_parameters[first : first + count])), matrix, material
