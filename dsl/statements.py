@@ -242,8 +242,6 @@ def _labelled(
 ) -> Value:
     """The object with its statement's origin: its own, if the statement made it, or around it."""
     label = _label(run, statement, scope)
-    if isinstance(statement, ast.For) and scope.index is not None:
-        label = "for"
     if not label:
         return value
     if run.lanes is not None and (isinstance(value, Objects) or scope.index == EVERY):
@@ -260,14 +258,21 @@ def _labelled(
 
 
 def _label(run: Run, statement: ast.Expression, scope: Scope) -> str:
-    """The name that a statement begins with; of a file's member, the member's."""
-    if isinstance(statement, ast.Name):
-        return statement.name
-    if not isinstance(statement, ast.Chain) or not isinstance(statement.base, ast.Name):
-        return ""
-    first, binding = statement.suffixes[0], run.uses.get(statement.base)
+    """The name that a statement begins with; of a file's member, the member's.
+
+    One without a name is called by its construct where it has an index to tell.
+    """
+    base = statement.base if isinstance(statement, ast.Chain) else statement
+    if not isinstance(base, ast.Name):
+        return "" if scope.index is None else _CONSTRUCTS.get(type(base), "")
+    if not isinstance(statement, ast.Chain):
+        return base.name
+    first, binding = statement.suffixes[0], run.uses.get(base)
     of_file = binding is not None and isinstance(scope.find(binding), File)
-    return first.name if of_file and isinstance(first, ast.Member) else statement.base.name
+    return first.name if of_file and isinstance(first, ast.Member) else base.name
+
+
+_CONSTRUCTS = {ast.For: "for", ast.If: "if", ast.Block: "block", ast.ListLiteral: "list"}
 
 
 def _block_value(run: Run, emitted: list[Value], span: Span) -> Value:

@@ -166,6 +166,14 @@ def paths(node: Node) -> list[str]:
         ("for i in 0..2 { if i == 1 { sphere() } else { box() } }", ["box[0]", "sphere[1]"]),
         ("for i in 0..1 { for j in 0..2 { sphere() } }", ["for[0]/sphere[0]", "for[0]/sphere[1]"]),
         ("for i in 0..2, j in 0..2 { plane() }", [f"plane[{i}]" for i in range(4)]),
+        ("(if true { sphere() } else { box() }).scale(2)", ["sphere"]),
+        (
+            "for i in 0..2 { (if i < 1 { sphere() } else { box() }).translate(i, 0, 0) }",
+            ["if[0]/sphere", "if[1]/box"],
+        ),
+        ("for i in 0..2 { { sphere() }.scale(2) }", ["block[0]/sphere", "block[1]/sphere"]),
+        ("for i in 0..2 { [sphere(), box()][i] }", ["list[0]", "list[1]"]),
+        ("for i in 0..2 { for j in 0..1 { box() }.scale(2) }", ["for[0]/box[0]", "for[1]/box[0]"]),
         ("fn f(n) { if n > 0 { sphere()\nf(n - 1) } }\nf(2)", ["f/sphere", "f/f/sphere"]),
         (
             "let block = box()\nfn course() { for i in 0..8 { block.scale(i + 1) } }\n"
