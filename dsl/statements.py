@@ -260,11 +260,13 @@ def _labelled(
 def _label(run: Run, statement: ast.Expression, scope: Scope) -> str:
     """The name that a statement begins with; of a file's member, the member's.
 
-    One without a name is called by its construct where it has an index to tell.
+    One without a name is called by its construct where it has an index to tell, and a list's item,
+    which has no statement of its own, always.
     """
     base = statement.base if isinstance(statement, ast.Chain) else statement
     if not isinstance(base, ast.Name):
-        return "" if scope.index is None else _CONSTRUCTS.get(type(base), "")
+        shown = scope.index is not None or isinstance(base, ast.ListLiteral)
+        return _CONSTRUCTS.get(type(base), "") if shown else ""
     if not isinstance(statement, ast.Chain):
         return base.name
     first, binding = statement.suffixes[0], run.uses.get(base)

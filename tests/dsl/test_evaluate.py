@@ -172,6 +172,7 @@ def paths(node: Node) -> list[str]:
             ["if[0]/sphere", "if[1]/box"],
         ),
         ("for i in 0..2 { { sphere() }.scale(2) }", ["block[0]/sphere", "block[1]/sphere"]),
+        ("[sphere(), box()][1].scale(2)", ["list"]),
         ("for i in 0..2 { [sphere(), box()][i] }", ["list[0]", "list[1]"]),
         ("for i in 0..2 { for j in 0..1 { box() }.scale(2) }", ["for[0]/box[0]", "for[1]/box[0]"]),
         ("fn f(n) { if n > 0 { sphere()\nf(n - 1) } }\nf(2)", ["f/sphere", "f/f/sphere"]),
