@@ -144,7 +144,8 @@ def meet_solid(kind: ShapeKind, parameters: Array, rays: Rays, number: Number) -
             plain = plain_crossings(kind, parameters, o, u, number)
             if kind is not ShapeKind.TORUS:
                 last = np.where(finite(plain[1]), plain[1], -np.inf).max(axis=0)
-                end = np.minimum(end, last + number.epsilon * 64 * size)
+                # A ray that grazes a wall of both solids finds its crossing as much later.
+                end = np.minimum(end, last + np.sqrt(number.epsilon) * size)
             found = [first_crossing(solid, size, o, u, start, end, plain, number)]
         crossings = [(s, solid.field(o + np.where(finite(s), s, 0) * u)[1]) for s in found]
     t, s, normal = rays.t_max, np.full_like(slide, np.inf), np.zeros_like(o)

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::arrays::{Affine, SceneArrays};
-use super::heirloom::Heirlooms;
 use super::instance_block::{InstanceBlock, Outline};
 use super::mesh::Mesh;
+use super::reuse::Reuse;
 use super::validate::{range, validate};
 use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
 use crate::bvh::{Bounds, LARGEST_LEAF, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
@@ -20,8 +20,8 @@ pub(super) fn build<F: Scalar>(
     before: Option<&Scene<F>>,
 ) -> Result<Scene<F>, SceneError> {
     let checked = validate(&arrays)?;
-    let mut heirlooms = Heirlooms::new(before, &arrays);
-    let (prototypes, hulls) = prototypes(&arrays, &mut heirlooms)?;
+    let mut reuse = Reuse::new(before, &arrays);
+    let (prototypes, hulls) = prototypes(&arrays, &mut reuse)?;
     let mut groups: Vec<Option<Arc<Group>>> = arrays.group_ranges.iter().map(|_| None).collect();
     let mut group_hulls: Vec<Hull> = groups.iter().map(|_| Hull::Boxes(Vec::new())).collect();
     let mut outlines = Outlines {
@@ -46,7 +46,7 @@ pub(super) fn build<F: Scalar>(
                 }
             })
             .collect();
-        let group = match heirlooms.group(index) {
+        let group = match reuse.group(index) {
             Some(group) => group,
             None => Arc::new(group(
                 &arrays,
@@ -76,7 +76,7 @@ pub(super) fn build<F: Scalar>(
 
 fn prototypes<F: Scalar>(
     arrays: &SceneArrays,
-    heirlooms: &mut Heirlooms<F>,
+    reuse: &mut Reuse<F>,
 ) -> Result<(Vec<Prototype<F>>, Vec<Hull>), SceneError> {
     let mut prototypes = Vec::with_capacity(arrays.prototype_kind.len());
     let mut hulls = Vec::with_capacity(arrays.prototype_kind.len());
@@ -97,7 +97,7 @@ fn prototypes<F: Scalar>(
                     [data, data.saturating_add(1)],
                     arrays.mesh_ranges.len(),
                 )?;
-                mesh_prototype(arrays, mesh.start, heirlooms)?
+                mesh_prototype(arrays, mesh.start, reuse)?
             }
             Some(kind) => {
                 let end = data.saturating_add(kind.parameter_count() as i64);
@@ -115,9 +115,9 @@ fn prototypes<F: Scalar>(
 fn mesh_prototype<F: Scalar>(
     arrays: &SceneArrays,
     mesh: usize,
-    heirlooms: &mut Heirlooms<F>,
+    reuse: &mut Reuse<F>,
 ) -> Result<(Prototype<F>, Hull), SceneError> {
-    let mesh = match heirlooms.mesh(mesh) {
+    let mesh = match reuse.mesh(mesh) {
         Some(mesh) => mesh,
         None => Arc::new(Mesh::new(arrays, mesh)?),
     };

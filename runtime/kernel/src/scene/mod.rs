@@ -4,9 +4,9 @@
 //! shapes are shared by all their instances. Matrices stay where the IR has them.
 mod arrays;
 mod build;
-mod heirloom;
 mod instance_block;
 mod mesh;
+mod reuse;
 mod validate;
 
 pub use arrays::{Affine, Buffer, SceneArrays};

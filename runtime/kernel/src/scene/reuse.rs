@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 use crate::shapes::ShapeKind;
 
 /// Looks for parts of a new scene in an old one.
-pub(super) struct Heirlooms<'a, F: Scalar> {
+pub(super) struct Reuse<'a, F: Scalar> {
     before: Option<&'a Scene<F>>,
     arrays: &'a SceneArrays,
     /// Old prototypes that are meshes, by their numbers of points and triangles.
@@ -62,14 +62,14 @@ fn same_mesh(a: &SceneArrays, of_a: [i64; 4], b: &SceneArrays, of_b: [i64; 4]) -
         )
 }
 
-impl<'a, F: Scalar> Heirlooms<'a, F> {
+impl<'a, F: Scalar> Reuse<'a, F> {
     /// Of the new scene's arrays, which are valid but for shapes and meshes.
-    pub fn new(before: Option<&'a Scene<F>>, arrays: &'a SceneArrays) -> Heirlooms<'a, F> {
+    pub fn new(before: Option<&'a Scene<F>>, arrays: &'a SceneArrays) -> Reuse<'a, F> {
         let mut meshes: HashMap<_, Vec<usize>> = HashMap::new();
         for (number, range) in before.iter().flat_map(|before| before.mesh_ranges()) {
             meshes.entry(lengths(range)).or_default().push(number);
         }
-        Heirlooms {
+        Reuse {
             before,
             arrays,
             meshes,
