@@ -35,7 +35,8 @@ def test_rays_that_start_just_within_a_wall_and_graze_it_come_out(shape: Shape) 
     """Kernel and interpreter agree on where, although plain and bevelled wall are one there."""
     rng = np.random.default_rng(0)
     n = 400
-    turn, tilt, sink = (rng.uniform(*ends, n) for ends in ((1, 4), (0, 2 * np.pi), (-0.02, 0.02)))
+    turn, tilt = rng.uniform(1, 4, n), rng.uniform(0, 2 * np.pi, n)
+    sink = rng.uniform(-0.02, 0.02, n)
     zero = np.zeros(n)
     outward = np.stack([np.sin(turn), zero, np.cos(turn)], 1)
     around = np.stack([np.cos(turn), zero, -np.sin(turn)], 1)
