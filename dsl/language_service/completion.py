@@ -35,7 +35,6 @@ _EXPRESSIONS = {
     "not": "not $0",
 }
 _OPERATORS = ("and", "or", "in", "else", "as")
-_NAMING = ("let", "fn", "for", "as", "param")
 _COMMON_VALUES = {
     "an angle": ("90deg", "0.25turn"),
     "a color": ("rgb(${1:0.8}, ${2:0.8}, ${3:0.8})", "#d2b48c"),
@@ -68,9 +67,9 @@ def completions(project: Project, program: Program, offset: int) -> list[Complet
         return []
     if cursor.inside is not None:
         return list(_units(cursor))
-    if cursor.kind() == ".":
+    if cursor.kind == ".":
         return list(_after_dot(cursor))
-    if cursor.kind() in _NAMING:
+    if cursor.names_something:
         return []
     found: dict[str, Completion] = {}
     call = cursor.call()
@@ -167,7 +166,7 @@ def _names(cursor: Cursor, call: CallSite | None) -> Iterator[Completion]:
 
 
 def _keywords(cursor: Cursor) -> Iterator[Completion]:
-    begins = cursor.kind() in ("", "newline", "{", "}")
+    begins = cursor.kind in ("", "newline", "{", "}")
     for words, order in ((_STATEMENTS if begins else {}, 4), (_EXPRESSIONS, 6)):
         for word, snippet in words.items():
             yield _item(cursor, word, "keyword", snippet, order=order)

@@ -71,10 +71,18 @@ class Cursor:
             for match in _COMMENT.finditer(between)
         )
 
-    def kind(self, back: int = 0) -> str:
-        """The kind of a token before the word at the cursor."""
-        position = self.before - back
-        return self.program.tokens[position].kind if position >= 0 else ""
+    @property
+    def kind(self) -> str:
+        """The kind of the token before the word at the cursor."""
+        return self.program.tokens[self.before].kind if self.before >= 0 else ""
+
+    @property
+    def names_something(self) -> bool:
+        """Whether the word at the cursor is a new name."""
+        if self.kind in ("let", "fn", "for", "as", "param"):
+            return True
+        opener = self._around() if self.kind in ("(", ",") else None
+        return opener is not None and self._is_head(opener)
 
     @property
     def lookup(self) -> Lookup:
@@ -88,28 +96,35 @@ class Cursor:
 
     def call(self) -> CallSite | None:
         """The innermost call whose brackets the cursor is in, with no block between."""
+        opener = self._around()
+        while opener is not None and self.program.tokens[opener].kind != "{":
+            if self._is_call(opener):
+                return self._site(opener)
+            opener = self._around(opener - 1)
+        return None
+
+    def _around(self, last: int | None = None) -> int | None:
+        """The bracket that is open behind a token."""
         tokens = self.program.tokens
-        depth = commas = 0
-        for position in range(self.before, max(-1, self.before - _LONGEST), -1):
+        last = self.before if last is None else last
+        depth = 0
+        for position in range(last, max(-1, last - _LONGEST), -1):
             kind = tokens[position].kind
-            if kind in _OPENERS:
-                depth += 1
-            elif kind in ("(", "[", "{") and depth:
-                depth -= 1
-            elif kind == "{" and not depth:
-                return None
-            elif kind == "," and not depth:
-                commas += 1
-            elif kind in ("(", "[") and not depth:
-                if kind == "(" and self._is_call(position):
-                    return self._site(position, commas)
-                commas = 0
+            depth += (kind in _OPENERS) - (kind in ("(", "[", "{"))
+            if depth < 0:
+                return position
         return None
 
     def _is_call(self, opener: int) -> bool:
-        return opener > 0 and self.program.tokens[opener - 1].kind in ("name", ")", "]", "reserved")
+        tokens = self.program.tokens
+        callee = opener > 0 and tokens[opener - 1].kind in ("name", ")", "]", "reserved")
+        return callee and tokens[opener].kind == "(" and not self._is_head(opener)
 
-    def _site(self, opener: int, commas: int) -> CallSite:
+    def _is_head(self, opener: int) -> bool:
+        """Whether the bracket holds the parameters of a definition."""
+        return opener > 1 and self.program.tokens[opener - 2].kind == "fn"
+
+    def _site(self, opener: int) -> CallSite:
         tokens = self.program.tokens
         begins = [opener + 1]
         depth = 0
@@ -124,7 +139,7 @@ class Cursor:
             names.append(str(tokens[begin].value or tokens[begin].kind) if named else None)
         return CallSite(
             self._callee(opener - 1),
-            commas,
+            len(begins) - 1,
             names[-1],
             tuple(name for name in names[:-1] if name is not None),
             begins[-1] > self.before,

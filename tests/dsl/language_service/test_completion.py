@@ -101,7 +101,7 @@ def test_snippets_ask_for_what_is_needed() -> None:
     "text",
     [
         "// sph‸", "/* sph‸ */", "let a = 1 // ‸", 'let a = "sph‸"', "let ‸", "fn ‸", "for ‸",
-        "/* open ‸",
+        "/* open ‸", "fn f(a, ‸",
     ],
 )  # fmt: skip
 def test_nothing_in_comments_strings_and_new_names(text: str) -> None:

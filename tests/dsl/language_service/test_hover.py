@@ -76,7 +76,9 @@ def test_signature_help(text: str, label: str, parameter: int | None) -> None:
     assert found.parameter == parameter
 
 
-@pytest.mark.parametrize("text", ["(1 + ‸)", "sphere()‸", "// sphere(‸", "let f = {‸}", "g(‸)"])
+@pytest.mark.parametrize(
+    "text", ["(1 + ‸)", "sphere()‸", "// sphere(‸", "let f = {‸}", "g(‸)", "fn f(‸"]
+)
 def test_no_signature_outside_calls(text: str) -> None:
     assert signature_help(*at_cursor(text)) is None
 
