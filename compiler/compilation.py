@@ -35,13 +35,19 @@ class Reader:
     time: Time = None
     options: StageOptions = AS_IT_IS
     isolation: Isolation | None = None
+    limits: Limits = DEFAULT_LIMITS
 
     def __call__(self, file: File) -> tuple[Node | None, list[Diagnostic]]:
         """The object of a file, or None and an error (see `compiler.mesh.load_file`)."""
         from compiler.mesh import load_file
 
         return load_file(
-            file, self.files, time=self.time, options=self.options, isolation=self.isolation
+            file,
+            self.files,
+            time=self.time,
+            options=self.options,
+            isolation=self.isolation,
+            max_triangles=self.limits.mesh_triangles,
         )
 
 
@@ -106,7 +112,7 @@ def compile_text(
         raise ValueError(f"a scene has no time {seconds}")
     source = Source(name, text.removeprefix("\ufeff"))
     graph, diagnostics = evaluate_source(source, files, limits, seconds, params)
-    compilation = _compile_graph(graph, diagnostics, Reader(files, time, options, isolation))
+    compilation = _compile_graph(graph, diagnostics, Reader(files, time, options, isolation, limits))
     return _advised(compilation)
 
 

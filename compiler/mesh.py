@@ -6,12 +6,13 @@ import io
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, Literal
 
 import numpy as np
 
 from compiler.usd.options import Isolation, StageOptions
+from dsl.budget import DEFAULT_LIMITS
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.files import FileFault, Files
@@ -19,7 +20,6 @@ from dsl.scene import File, FloatArray, IntArray, Mesh, Node, Origin
 from dsl.spans import Place
 
 FORMATS = ("glb", "gltf", "obj", "off", "ply", "stl")
-MAX_TRIANGLES = 100_000_000
 
 
 def load_file(
@@ -29,6 +29,7 @@ def load_file(
     time: float | Literal["earliest"] | None = None,
     options: StageOptions = StageOptions(),  # noqa: B008  (frozen)
     isolation: Isolation | None = None,
+    max_triangles: int = DEFAULT_LIMITS.mesh_triangles,
 ) -> tuple[Node | None, list[Diagnostic]]:
     """The object of a file, read through `files`, and what its reader has to say.
 
@@ -39,14 +40,27 @@ def load_file(
     place = file.origin.place if file.origin else None
     try:
         if file.kind == "mesh":
-            return load_mesh(file.path, files, folder=file.folder or "", origin=file.origin)
+            return load_mesh(
+                file.path,
+                files,
+                folder=file.folder or "",
+                origin=file.origin,
+                max_triangles=max_triangles,
+            )
         path = files.resolve(file.path, file.folder or "")
     except FileFault as fault:
         return None, [fault.diagnostic(place)]
     from compiler.usd import import_stage
 
     # Masks and variants are of the stage that the command line names.
-    options = replace(options, surroundings=False, mask=(), variants=(), root=files.root)
+    options = replace(
+        options,
+        surroundings=False,
+        mask=(),
+        variants=(),
+        root=files.root,
+        name=str(PurePath(file.folder or "") / file.path),
+    )
     graph, diagnostics = import_stage(
         path, time=time, prim=file.prim, options=options, isolation=isolation
     )
@@ -54,7 +68,12 @@ def load_file(
 
 
 def load_mesh(
-    path: str, files: Files, *, folder: str = "", origin: Origin | None = None
+    path: str,
+    files: Files,
+    *,
+    folder: str = "",
+    origin: Origin | None = None,
+    max_triangles: int = DEFAULT_LIMITS.mesh_triangles,
 ) -> tuple[Mesh | None, list[Diagnostic]]:
     """The triangles of a mesh file, in the order and with the points of the file.
 
@@ -79,6 +98,9 @@ def load_mesh(
         # trimesh raises whatever its parsers stumble over; the user's file is at fault.
         reason = str(error).split("\n")[0] or type(error).__name__
         return None, [diagnostic("mesh-unreadable", f"`{path}` cannot be read: {reason}", place)]
+    if len(triangles) > max_triangles:
+        message = f"`{path}` has {len(triangles)} triangles, more than {max_triangles}"
+        return None, [diagnostic("mesh-too-large", message, place)]
     return _checked(path, points, triangles, origin, place)
 
 
@@ -119,9 +141,6 @@ def _read(data: bytes, ending: str, beside: Mapping[str, bytes]) -> tuple[FloatA
 def _checked(
     path: str, points: FloatArray, triangles: IntArray, origin: Origin | None, place: Place | None
 ) -> tuple[Mesh | None, list[Diagnostic]]:
-    if len(triangles) > MAX_TRIANGLES:
-        message = f"`{path}` has {len(triangles)} triangles, more than {MAX_TRIANGLES}"
-        return None, [diagnostic("mesh-too-large", message, place)]
     finite = np.append(np.isfinite(points).all(axis=1), False)
     sound = np.asarray(finite[triangles].all(axis=1))
     dropped = len(triangles) - int(sound.sum())

@@ -33,6 +33,8 @@ class Limits:
     """Characters of one string."""
     files: int = 256
     """Scene files used, directly or through others."""
+    mesh_triangles: int = 100_000_000
+    """Triangles of one mesh file."""
 
 
 DEFAULT_LIMITS = Limits()

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from compiler.flatten import flatten
-from compiler.ir_parse import parse_ir
+from compiler.ir_file import read_ir_file
 from compiler.ir_text import print_ir
 from compiler.mesh import load_file
 from compiler.usd import import_stage
-from dsl.budget import Limits
+from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.builtins import BUILTINS
 from dsl.codes import CODES
 from dsl.diagnostics import CompileError, Diagnostic
@@ -42,10 +43,10 @@ def run(example: Example, folder: Path) -> str:
     words = dict(example.words)
     time = float(words.pop("time", 0))
     if example.language == "usda":
-        return outcome(*import_stage(folder / example.file), Files(folder), example.kind)
+        return outcome(*import_stage(Path(example.file)), Files(folder), example.kind)
     if example.language == "ir":
         try:
-            return print_ir(parse_ir(example.source, example.file))
+            return print_ir(read_ir_file(Path(example.file)))
         except CompileError as error:
             return render_diagnostics(error.diagnostics)
     source = Source(example.file, example.source)

@@ -16,6 +16,7 @@ from compiler.usd.report import Report
 from compiler.usd.schema import register
 from dsl.observation import asked_for
 
+_MESSAGE = re.compile(r" in file \S+ : '(.*?)'\s*(?:\n\tError in|$)", re.DOTALL)
 _ADDRESS = re.compile(
     r"\s*\((?:instantiating|getting|computing)[^)]*\)|\s*<0x[0-9a-f]+>|,@anon:[^@]*@"
 )
@@ -58,7 +59,10 @@ def _composed(path: str, mask: Any | None, options: StageOptions, report: Report
         stage.ExpandPopulationMask()  # by what is bound and instanced
         return stage
     except Tf.ErrorException as error:
-        report.add("usd-open", f"the stage cannot be opened: {sentence(str(error))}")
+        # The first of usd-core's messages is the cause; it names the file by its whole path.
+        cause = _MESSAGE.search(str(error))
+        words = sentence(cause[1] if cause else str(error)).replace(f"{Path(path).resolve()}:", "")
+        report.add("usd-open", f"the stage cannot be opened: {words}")
         return None
 
 

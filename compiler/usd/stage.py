@@ -38,14 +38,15 @@ def read_stage(
     path: str, time: float | Literal["earliest"] | None, prim: str | None, options: StageOptions
 ) -> tuple[SceneGraph, list[Diagnostic]]:
     """See `compiler.usd.import_stage`."""
-    report = Report(path)
+    name = options.name or path
+    report = Report(name)
     items: list[Node] = []
     with one_at_a_time, collected_warnings(report):
         stage = open_stage(path, options, report)
         if stage is not None:
-            items = _import(stage, path, Clock(_checked(time, report)), prim, options, report)
+            items = _import(stage, name, Clock(_checked(time, report)), prim, options, report)
     root = items[0] if len(items) == 1 else Group(tuple(items))
-    return SceneGraph(root, path, {path: ""}), report.diagnostics()
+    return SceneGraph(root, name, {name: ""}), report.diagnostics()
 
 
 def _checked(

@@ -36,6 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Exit:
     """Compile, and write the form asked for."""
     from compiler.ir_binary import write_ir
+    from compiler.ir_file import read_ir_file
     from compiler.ir_text import print_ir
 
     output: Path | None = arguments.output
@@ -44,7 +45,7 @@ def run(arguments: argparse.Namespace) -> Exit:
     if output is not None and output.is_dir():
         raise StopError(Exit.FILES, f"`{output}` cannot be written: it is a folder")
     if arguments.scene.suffix == ".ir":
-        ir = _compiled(arguments.scene)
+        ir = read_ir_file(arguments.scene)
         if arguments.json:
             print_json(_figures(ir))
     else:
@@ -66,21 +67,6 @@ def run(arguments: argparse.Namespace) -> Exit:
     except OSError as error:
         raise StopError(Exit.FILES, f"`{output}` cannot be written: {error.strerror}") from None
     return Exit.OK
-
-
-def _compiled(path: Path) -> SceneIR:
-    """An IR that is compiled already, as text or in the binary form; raises CompileError."""
-    from compiler.ir_binary import is_binary, read_ir
-    from compiler.ir_parse import parse_ir
-    from dsl.diagnostics import CompileError
-    from dsl.files import FileFault, Files
-
-    try:
-        if is_binary(Files().resolve(str(path))):
-            return read_ir(path)
-        return parse_ir(Files().read_text(str(path)), str(path))
-    except FileFault as fault:
-        raise CompileError([fault.diagnostic(None)]) from None
 
 
 def _figures(ir: SceneIR) -> dict[str, Any]:
