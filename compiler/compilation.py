@@ -112,7 +112,9 @@ def compile_text(
         raise ValueError(f"a scene has no time {seconds}")
     source = Source(name, text.removeprefix("\ufeff"))
     graph, diagnostics = evaluate_source(source, files, limits, seconds, params)
-    compilation = _compile_graph(graph, diagnostics, Reader(files, time, options, isolation, limits))
+    compilation = _compile_graph(
+        graph, diagnostics, Reader(files, time, options, isolation, limits)
+    )
     return _advised(compilation)
 
 

@@ -122,6 +122,11 @@ CODES: dict[str, Code] = {
 }
 
 
+def is_advice(code: str) -> bool:
+    """Whether a code tells of what is no fault and probably not meant."""
+    return code.startswith("advice-")
+
+
 def diagnostic(
     code: str,
     message: str,

@@ -43,6 +43,11 @@ class Example:
         """The name of the file that the source stands in."""
         return f"scene{LANGUAGES[self.language]}"
 
+    @property
+    def shows_advice(self) -> bool:
+        """Whether the outcome has advice too; elsewhere it is left out."""
+        return self.chapter == "advice.md"
+
     def write_files(self, folder: Path) -> None:
         """Write the source and the files beside it; names begin with how, see the README."""
         for name, text in {self.file: self.source, **self.files}.items():

@@ -86,6 +86,8 @@ def options(words: Mapping[str, str]) -> list[str]:
     for name, value in words.items():
         if name == "time":
             arguments += ["--time", value]
+        elif name == "variant":
+            arguments += ["--variant", value]
         elif name.startswith("set:"):
             arguments += ["--set", f"{name.removeprefix('set:')}={value}"]
         else:
@@ -145,6 +147,8 @@ def _mistake(example: Example, answer: Answer) -> str | None:
         return f"no answer after {_SECONDS:g} seconds"
     if example.kind == "diagnostics":
         found, due = _outline(answer.stderr), _outline(example.outcome)
+        if not example.shows_advice:
+            found = [line for line in found if "[advice-" not in line]
     elif answer.code != 0:
         return f"exit code {answer.code}, where 0 is due"
     else:

@@ -20,7 +20,8 @@ class StageOptions:
     (`compiler.usd.refinement`). `mask` are paths of prims outside of which the stage is not
     populated, none: it is as a whole. `variants` are selected instead of what the stage says,
     written as USD's paths: `/World/Car{color=red}`. With a `root`, no layer, texture or other
-    asset outside of that folder is read. `name` is what diagnostics call the stage, if not its path.
+    asset outside of that folder is read. `name` is what diagnostics call the stage, if not its
+    path.
     """
 
     purposes: frozenset[str] = frozenset({"default", "render"})
