@@ -59,11 +59,18 @@ def _composed(path: str, mask: Any | None, options: StageOptions, report: Report
         stage.ExpandPopulationMask()  # by what is bound and instanced
         return stage
     except Tf.ErrorException as error:
-        # The first of usd-core's messages is the cause; it names the file by its whole path.
-        cause = _MESSAGE.search(str(error))
-        words = sentence(cause[1] if cause else str(error)).replace(f"{Path(path).resolve()}:", "")
-        report.add("usd-open", f"the stage cannot be opened: {words}")
+        report.add("usd-open", f"the stage cannot be opened: {_reason(error, path)}")
         return None
+
+
+def _reason(error: Exception, path: str) -> str:
+    try:
+        words = str(error)
+    except UnicodeDecodeError:  # usd-core quotes what it could not read
+        return "its text is not UTF-8"
+    # The first of usd-core's messages is the cause; it names the file by its whole path.
+    cause = _MESSAGE.search(words)
+    return sentence(cause[1] if cause else words).replace(f"{Path(path).resolve()}:", "")
 
 
 def sentence(text: str) -> str:

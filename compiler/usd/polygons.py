@@ -135,6 +135,8 @@ def triangulate(points: FloatArray, counts: IntArray, corners: IntArray) -> Tria
 
 def _blocks(sizes: IntArray) -> Iterator[IntArray]:
     """The faces in blocks of one size each, small enough to stay in a cache."""
+    if not len(sizes):
+        return
     faces = np.argsort(sizes, kind="stable")
     _, firsts = np.unique(sizes[faces], return_index=True)
     for first, end in zip(firsts, [*firsts[1:], len(faces)], strict=True):
