@@ -31,6 +31,9 @@ from dsl.spans import PrimPlace
 NESTING = 100
 """Levels of instances within instances; deeper ones are dropped."""
 
+LEVELS = 1000
+"""Levels of prims; usd-core takes the square of their number to find bindings."""
+
 DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
@@ -170,6 +173,11 @@ class Traversal:
         prims = iter(Usd.PrimRange(root, PROTOTYPE if above.prototype else DRAWN))
         for prim in prims:
             level = prim.GetPath().pathElementCount - depth
+            if level >= LEVELS:
+                message = f"prims nested more than {LEVELS} levels deep are left out"
+                self.report.add("usd-unsupported", message, prim.GetPath())
+                prims.PruneChildren()
+                continue
             del ancestors[level:]
             parent = ancestors[-1] if ancestors else -1
             passed = visits[parent].inherited if ancestors else above
