@@ -6,6 +6,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, NamedTuple
@@ -33,7 +34,10 @@ def import_isolated(
     order = _Order("import", (path, time, prim, options))
     content, fault = _done(path, order, isolation)
     if content is not None:
-        return from_bytes(content)
+        graph, faults = from_bytes(content)
+        if isolation.memory is not None:
+            faults = [_doubted(fault) for fault in faults]
+        return graph, faults
     return SceneGraph(Group(()), path, {path: ""}), [] if fault is None else [fault]
 
 
@@ -82,6 +86,13 @@ def _done(path: str, order: _Order, isolation: Isolation) -> tuple[bytes | None,
         limited = isolation.memory is not None
         help = "more memory may mend it" if limited else None
         return None, _fault(path, "usd-crash", message, help)
+
+
+def _doubted(fault: Diagnostic) -> Diagnostic:
+    """A fault of a child that may have been for want of memory."""
+    if fault.code == "usd-open" and fault.help is None:
+        return replace(fault, help="more memory may mend it")
+    return fault
 
 
 def _end(code: int) -> str:
