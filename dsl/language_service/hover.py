@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dsl.language_service.describe import documentation, headline
+from dsl.language_service.meaning import Reader
 from dsl.language_service.occurrences import index
 from dsl.language_service.program import Program
 from dsl.language_service.project import Project
@@ -23,15 +24,17 @@ class Hover:
 def hover(
     project: Project, program: Program, offset: int, values: Values | None = None
 ) -> Hover | None:
-    """The signature, value and documentation of what stands at an offset."""
+    """The signature, the value or its kind, and the documentation of what stands at an offset."""
     found = index(project, program).at(offset)
     if found is None:
         return None
     target = found.target
     code = headline(target, found.home)
-    if values is not None and isinstance(target, Valued) and found.home is program:
-        value = shown_value(values.get(target))
-        if value is not None:
-            code += f"\n// = {value}"
+    if isinstance(target, Valued) and found.home is not None:
+        known = values.get(target) if values is not None and found.home is program else None
+        value = shown_value(known)
+        kind = Reader(project, found.home).defined(target, found.home).kind
+        if value is not None or kind:
+            code += f"\n// {kind if value is None else f'= {value}'}"
     parts = [f"```ovolo\n{code}\n```", documentation(target)]
     return Hover(found.span, "\n\n".join(part for part in parts if part))

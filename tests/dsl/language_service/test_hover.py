@@ -46,7 +46,7 @@ def test_members_of_files() -> None:
     found = shown(
         'use "b.ovo" as b\nbox().material(b.snow‸)', b="/// white\nlet snow = matte(#fff000)"
     )
-    assert found == "```ovolo\nlet snow = matte(#fff000)\n```\n\nwhite"
+    assert found == "```ovolo\nlet snow = matte(#fff000)\n// a material\n```\n\nwhite"
 
 
 @pytest.mark.parametrize("text", ["sphere(‸)", "let a = 1‸2", "// sph‸ere", "un‸known()", "‸"])
