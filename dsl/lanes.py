@@ -141,7 +141,11 @@ def gathered(value: Any, selection: Callable[[int], IntArray], count: int) -> An
 
 def chosen(options: Sequence[Any], which: IntArray) -> Any:
     """One of several values in every lane: `options[which[lane]]`."""
-    if not options or any(map(varies, options)):
+    if options and all(isinstance(option, float | np.ndarray) for option in options):
+        if any(map(varies, options)):
+            rows = np.stack(np.broadcast_arrays(*options, which)[:-1])
+            return rows[which, np.arange(len(which))]
+    elif not options or any(map(varies, options)):
         raise Sequential
     kinds = set(map(type, options))
     kind = kinds.pop()
@@ -287,6 +291,20 @@ def as_objects(value: Any, count: int) -> Objects:
 
 def each(function: Callable[..., Any], arguments: Sequence[Any]) -> Any:
     """A function of plain values in every lane, one after the other."""
+    varying = [n for n, argument in enumerate(arguments) if varies(argument)]
+    if len(varying) == 1 and isinstance(arguments[varying[0]], np.ndarray):
+        # Loops have few different numbers; by their bits, for -0 is not 0.
+        bits = np.ascontiguousarray(arguments[varying[0]]).view(np.int64)
+        distinct, place = np.unique(bits, return_inverse=True)
+        if len(distinct) < len(bits):
+            fewer: list[Any] = list(arguments)
+            fewer[varying[0]] = distinct.view(np.float64)
+            results = each(function, fewer)
+            if isinstance(results, Objects):
+                lanes = [np.flatnonzero(np.isin(place, part.lanes)) for part in results.parts]
+                parts = zip(lanes, results.parts, strict=True)
+                return Objects(tuple(Part(where, part.child) for where, part in parts), len(bits))
+            return gathered(results, lambda count: place, -1)
     return packed([function(*row) for row in zip(*map(_split, arguments), strict=False)])
 
 

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from dsl.angles import cosine, sine, tangent
 from dsl.calls import Site
 from dsl.kinds import ANGLE, LIST, MIXABLE, NUMBER, QUANTITY, VECTOR, VECTOR3
+from dsl.lanes import Sequential, varies
+from dsl.scene import FloatArray
 from dsl.values import (
     Angle,
     Builtin,
@@ -23,20 +29,22 @@ from dsl.values import (
     type_name,
 )
 
+_IN_LANES = ("sqrt", "abs", "min", "max", "floor", "ceil", "random")
+"""Those that take arrays; others are called for every different argument."""
 _Quantity = float | Angle
 _Mixable = float | Angle | Vector | Color
 _MASK = (1 << 64) - 1
 
 
-def random(site: Site, *arguments: object) -> float:
+def random(site: Site, seed: float, rest: tuple[float, ...]) -> float | FloatArray:
     """A number in [0, 1) that is a hash of the arguments' bits.
 
     SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) with Stafford's mix 13: for each argument the
     state s becomes mix((s xor bits) + 0x9E3779B97F4A7C15), from s = 0, where -0 has the bits
     of 0; the result is the upper 53 bits of s times 2**-53.
     """
-    seed, rest = arguments[0], arguments[1]
-    assert isinstance(rest, tuple)
+    if varies((seed, rest)):
+        return _random_lanes([seed, *rest])
     state = 0
     for number in (seed, *rest):
         (bits,) = struct.unpack("<Q", struct.pack("<d", number + 0.0))
@@ -45,6 +53,19 @@ def random(site: Site, *arguments: object) -> float:
         state = ((state ^ (state >> 27)) * 0x94D049BB133111EB) & _MASK
         state ^= state >> 31
     return math.ldexp(float(state >> 11), -53)
+
+
+def _random_lanes(numbers: Iterable[float | FloatArray]) -> FloatArray:
+    """`random` in every lane."""
+    state: NDArray[np.uint64] = np.zeros(1, dtype=np.uint64)
+    for number in numbers:
+        bits = (np.atleast_1d(np.asarray(number, dtype=np.float64)) + 0.0).view(np.uint64)
+        state = (state ^ bits) + np.uint64(0x9E3779B97F4A7C15)
+        state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        state ^= state >> np.uint64(31)
+    result: FloatArray = (state >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    return result
 
 
 def _defined(site: Site, condition: bool, message: str, parameter: str) -> None:
@@ -62,7 +83,11 @@ def _finite(site: Site, compute: Callable[[], float]) -> float:
     return result
 
 
-def _sqrt(site: Site, x: float) -> float:
+def _sqrt(site: Site, x: float | FloatArray) -> Value:
+    if isinstance(x, np.ndarray):
+        if not (x >= 0.0).all():
+            raise Sequential
+        return np.sqrt(x)
     _defined(site, x >= 0.0, f"the square root of {format_number(x)}, a negative number", "x")
     return math.sqrt(x)
 
@@ -114,16 +139,28 @@ def _round(site: Site, x: float) -> float:
     return float(whole + int(math.copysign(1.0, x))) if abs(x - whole) >= 0.5 else float(whole)
 
 
+def _floor(site: Site, x: float | FloatArray) -> Value:
+    return np.floor(x) + 0.0 if isinstance(x, np.ndarray) else float(math.floor(x))
+
+
+def _ceil(site: Site, x: float | FloatArray) -> Value:
+    return np.ceil(x) + 0.0 if isinstance(x, np.ndarray) else float(math.ceil(x))
+
+
 def _abs(site: Site, x: _Quantity) -> Value:
-    return abs(x) if isinstance(x, float) else Angle(abs(x.degrees))
+    return Angle(abs(x.degrees)) if isinstance(x, Angle) else abs(x)
 
 
-def _extreme(choose: Callable[[float, float], float]) -> Callable[..., Value]:
+def _extreme(sign: float) -> Callable[..., Value]:
+    """The smallest by the sign 1, the largest by -1; of equal ones the first."""
+
     def call(site: Site, first: _Quantity, rest: tuple[_Quantity, ...]) -> Value:
         result: _Quantity = first
         for other in rest:
             a, b, wrap = _same(site, result, other, "")
-            result = wrap(choose(a, b))
+            smaller: Any = sign * b < sign * a
+            nearest: Any = np.where(smaller, b, a) if varies(smaller) else b if smaller else a
+            result = wrap(nearest)
         return result
 
     return call
@@ -141,8 +178,8 @@ def _same(
     site: Site, x: _Quantity, y: _Quantity, blamed: str
 ) -> tuple[float, float, Callable[[float], _Quantity]]:
     """Two numbers, or the degrees of two angles, and what turns a result into the same kind."""
-    if isinstance(x, float) and isinstance(y, float):
-        return x, y, float
+    if isinstance(x, float | np.ndarray) and isinstance(y, float | np.ndarray):
+        return x, y, lambda number: number
     if isinstance(x, Angle) and isinstance(y, Angle):
         return x.degrees, y.degrees, Angle
     raise _mixed(site, x, y, blamed)
@@ -212,14 +249,16 @@ def _builtin(
     name: str, result: str, doc: str, function: Callable[..., Value], *parameters: tuple[str, Kind]
 ) -> Builtin:
     listed = tuple(Parameter(word, kind, required=True) for word, kind in parameters)
-    return Builtin(name, (Signature(listed, function),), result, doc)
+    return Builtin(name, (Signature(listed, function, lanes=name in _IN_LANES),), result, doc)
 
 
 def _many(
     name: str, result: str, doc: str, function: Callable[..., Value], first: str, kind: Kind
 ) -> Builtin:
     listed = (Parameter(first, kind, required=True),)
-    return Builtin(name, (Signature(listed, function, rest=kind),), result, doc)
+    return Builtin(
+        name, (Signature(listed, function, rest=kind, lanes=name in _IN_LANES),), result, doc
+    )
 
 
 def _real(
@@ -233,18 +272,18 @@ _SAME = "a value of the same kind"
 MATHS = (
     _real("sqrt", "The square root.", _sqrt, ("x", NUMBER)),
     _builtin("abs", _SAME, "The value without its sign.", _abs, ("x", QUANTITY)),
-    _many("min", _SAME, "The smallest of the arguments.", _extreme(min), "x", QUANTITY),
-    _many("max", _SAME, "The largest of the arguments.", _extreme(max), "x", QUANTITY),
+    _many("min", _SAME, "The smallest of the arguments.", _extreme(1.0), "x", QUANTITY),
+    _many("max", _SAME, "The largest of the arguments.", _extreme(-1.0), "x", QUANTITY),
     _real(
         "floor",
         "The largest whole number not above x.",
-        lambda site, x: float(math.floor(x)),
+        _floor,
         ("x", NUMBER),
     ),
     _real(
         "ceil",
         "The smallest whole number not below x.",
-        lambda site, x: float(math.ceil(x)),
+        _ceil,
         ("x", NUMBER),
     ),
     _real("round", "The nearest whole number; halves go away from zero.", _round, ("x", NUMBER)),
