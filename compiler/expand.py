@@ -60,6 +60,11 @@ class Plan:
     kept: list[bool]
     levels: list[int]
 
+    @property
+    def all_flat(self) -> bool:
+        """Whether the scene is so small that every branch is flattened."""
+        return self.leaves[-1] <= FLATTEN_LEAVES
+
 
 def plan(branches: Branches) -> Plan:
     """Count and decide (see above)."""
@@ -72,6 +77,7 @@ def plan(branches: Branches) -> Plan:
                 placements[~edge.target] += edge.count
     kept, levels = [False] * count, [0] * count
     rows = [0] * count
+    planned = Plan(leaves, placements, kept, levels)
     for branch, edges in enumerate(branches.edges):
         for edge in edges:
             below = ~edge.target
@@ -80,9 +86,9 @@ def plan(branches: Branches) -> Plan:
             else:
                 rows[branch] += edge.count * (1 if kept[below] else rows[below])
                 levels[branch] = max(levels[branch], levels[below] + kept[below])
-        if leaves[-1] > FLATTEN_LEAVES and placements[branch] > 1:
+        if not planned.all_flat and placements[branch] > 1:
             kept[branch] = (placements[branch] - 1) * rows[branch] > FLATTEN_ROWS
-    return Plan(leaves, placements, kept, levels)
+    return planned
 
 
 def expand(branches: Branches, plan: Plan) -> dict[int, Table]:

@@ -14,6 +14,7 @@ from compiler.compress import Branches, compress, overriding
 from compiler.expand import Integers, Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
 from compiler.lights import left_out, place_lights
+from compiler.merge import merged
 from compiler.prototypes import Prototypes
 from compiler.provenance import Origins, Texts
 from compiler.rows import Rows, first_uses, needs_default_material, renumbered, rows, without
@@ -61,6 +62,9 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     prototypes, materials, origins = Prototypes(), _Materials(), Origins()
     branches = compress(walked, prototypes.index, materials.index, origins)
     planned = plan(branches)
+    if not planned.all_flat:
+        branches = merged(branches)
+        planned = plan(branches)
     lights = place_lights(walked)
     diagnostics = [*walked.diagnostics, *_too_much(branches, planned, origins), *lights.diagnostics]
     if any(d.severity == "error" for d in diagnostics):

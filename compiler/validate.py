@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,14 @@ from dsl.diagnostics import Diagnostic
 from dsl.limits import broken_limit
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
 
+_MOST_FAULTS = 50
+
 
 def validate(scene: SceneIR) -> list[Diagnostic]:
-    """The faults of `scene`: types, indices, ranges, numbers that are not finite; [] if sound."""
+    """The faults of `scene`: types, indices, ranges, numbers that are not finite; [] if sound.
+
+    At most 50 are told.
+    """
     for check in (
         _columns,
         _prototypes,
@@ -30,7 +36,7 @@ def validate(scene: SceneIR) -> list[Diagnostic]:
         faults,
     ):
         # Each check may rely on what those before it have found sound.
-        if found := list(check(scene)):
+        if found := list(islice(check(scene), _MOST_FAULTS)):
             return [diagnostic("ir-invalid", fault) for fault in found]
     return []
 

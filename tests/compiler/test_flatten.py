@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from compiler import expand
 from compiler.affine import Affine
+from compiler.compilation import compile_text
 from compiler.flatten import Flattened, flatten
 from compiler.ir import COLUMNS, SceneIR, leaf_counts
 from compiler.provenance import object_path, source_place
@@ -410,3 +411,21 @@ def test_places_are_those_of_the_innermost_name() -> None:
     assert [object_path(ir, i) for i in range(3)] == ["b", "", ""]
     with pytest.raises(IndexError, match="there is no instance 3"):
         object_path(ir, 3)
+
+
+def test_equal_groups_become_one_where_groups_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function called again makes its group again; what differs in a bit stays apart."""
+    monkeypatch.setattr(expand, "FLATTEN_LEAVES", 1000)
+    monkeypatch.setattr(expand, "FLATTEN_ROWS", 10)
+    text = """
+    fn tree(size) { for i in 0..50 { sphere().translate(i, 0, size) } }
+    fn grove() { for i in 0..20 { tree(1).translate(0, i, 0) } }
+    for i in 0..10 { grove().translate(0, 0, 200 * i) }
+    tree(1)
+    tree(2).translate(0, 0, 9)
+    """
+    ir = compile_text(text).ir
+    assert leaf_counts(ir)[0] == 10 * 20 * 50 + 100
+    assert len(ir.group_ranges) == 3
+    assert len(ir.instance_target) == (10 + 1 + 50) + 20 + 50
+    assert object_path(ir, 10_000 - 1) == "grove[9]/tree[19]/sphere[49]"

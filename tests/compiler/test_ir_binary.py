@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -149,3 +150,8 @@ def test_the_hash_is_of_the_picture() -> None:
         )
     }
     assert len(hashes) == 8
+
+
+def test_the_faults_of_a_damaged_file_are_not_told_without_end() -> None:
+    ranges = np.full((1000, 4), -1, dtype=np.int64)
+    assert 1 < len(validate(replace(scene(), mesh_ranges=ranges))) <= 50
