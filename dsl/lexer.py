@@ -108,6 +108,7 @@ class _Lexer:
         self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
         self.brackets: list[str] = []
+        self.open = dict.fromkeys("([{", 0)  # how many of each are among the brackets
         self.newline: Token | None = None  # seen, but the next line may still start with a dot
         self.line_start = True
         text = source.text
@@ -171,8 +172,7 @@ class _Lexer:
         if word in _STATEMENT_WORDS and self.line_start and self.newline is None:
             # Only a bracket that was never closed can put one of these words here: close it,
             # so that the fault stays in its own statement.
-            while self.brackets and self.brackets[-1] != "{":
-                self.brackets.pop()
+            self._leave_line()
             start = self.byte(match.start())
             self.newline = Token("newline", start, start)
         if word in KEYWORDS:
@@ -223,9 +223,21 @@ class _Lexer:
             return
         if symbol in "([{":
             self.brackets.append(symbol)
-        elif (opener := _CLOSES.get(symbol)) and opener in self.brackets:
-            while self.brackets.pop() != opener:
+            self.open[symbol] += 1
+        elif self.open[opener := _CLOSES[symbol]]:
+            while self._leave() != opener:
                 pass
+
+    def _leave(self) -> str:
+        """Forget the innermost bracket."""
+        opener = self.brackets.pop()
+        self.open[opener] -= 1
+        return opener
+
+    def _leave_line(self) -> None:
+        """Forget the brackets in which a newline ends no statement."""
+        while self.brackets and self.brackets[-1] != "{":
+            self._leave()
 
     def _string(self, match: re.Match[str]) -> None:
         start, end = match.span()
@@ -269,8 +281,7 @@ class _Lexer:
             help='end it with `"`',
         )
         # What would close the brackets of this line is inside the string.
-        while self.brackets and self.brackets[-1] != "{":
-            self.brackets.pop()
+        self._leave_line()
         self.add("fault", match.start(), match.end())
 
     def _open_comment(self, match: re.Match[str]) -> None:

@@ -21,6 +21,11 @@ def test_a_hundred_thousand_brackets_are_too_many(opener: str) -> None:
     assert "limit-nesting" in codes(opener * 100_000)
 
 
+@pytest.mark.parametrize("closer", [")", "]", "}", "let"])
+def test_brackets_that_do_not_match_cost_no_more(closer: str) -> None:
+    assert "limit-nesting" in codes("(" * 100_000 + f"{closer} " * 100_000)
+
+
 def test_a_hundred_thousand_maps_in_one_chain() -> None:
     scene = ovolo.compile("sphere()" + ".rotate_y(90deg).translate(1, 0, 0)" * 50_000)
     assert scene.ir.world_from_object[0].tolist() == [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
