@@ -11,6 +11,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from itertools import count, cycle
 from pathlib import Path
@@ -87,7 +88,7 @@ _GRAPHS = (
 
 
 def main() -> None:
-    """Fuzz until the time is over or the number reached; exit 1 if something was found."""
+    """Fuzz until the time is over, the number reached, or Ctrl-C; exit 1 if something was found."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fuzz", description=__doc__)
     parser.add_argument("targets", nargs="*", default=TARGETS, help="of " + ", ".join(TARGETS))
     parser.add_argument("--seconds", type=float, default=float("inf"), help="CPU seconds")
@@ -103,19 +104,22 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         fuzzer = Fuzzer(given.seed, Path(folder))
         start = time.process_time()
-        for number, (name, run, content) in zip(count(), fuzzer.cases(given.targets), strict=False):
-            before = time.process_time()
-            if number >= given.executions or before - start > given.seconds:
-                break
-            fault = _fault(run)
-            seconds = time.process_time() - before
-            done[name] += 1
-            spent[name] += seconds
-            slowest[name] = max(slowest[name], seconds)
-            if fault is None and seconds > SLOW:
-                fault = f"{seconds:.1f} s"
-            if fault is not None:
-                _keep(given.keep, name, content, fault, found)
+        with suppress(KeyboardInterrupt):
+            for number, (name, run, content) in zip(
+                count(), fuzzer.cases(given.targets), strict=False
+            ):
+                before = time.process_time()
+                if number >= given.executions or before - start > given.seconds:
+                    break
+                fault = _fault(run)
+                seconds = time.process_time() - before
+                done[name] += 1
+                spent[name] += seconds
+                slowest[name] = max(slowest[name], seconds)
+                if fault is None and seconds > SLOW:
+                    fault = f"{seconds:.1f} s"
+                if fault is not None:
+                    _keep(given.keep, name, content, fault, found)
     for name in given.targets:
         print(
             f"{name:10} {done[name]:8} executions, {spent[name]:7.1f} s of CPU, slowest "
