@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from dsl import ast
 from dsl.diagnostics import Label
-from dsl.faults import Fault, Poisoned, mismatch
+from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import Files
-from dsl.kinds import ANGLE, COLOR, INTERVAL
+from dsl.kinds import ANGLE, COLOR, INTERVAL, VECTOR3
 from dsl.lanes import each, varies
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
@@ -80,7 +80,7 @@ def assign(
                 "name-unknown-parameter",
                 f"`{name}` has no parameter `{word}`",
                 place,
-                help=did_you_mean(word, parameters) or form(),
+                help=did_you_mean(word, parameters) or _abbreviated(word, parameters) or form(),
             )
         if word in taken:
             raise Fault(
@@ -91,6 +91,12 @@ def assign(
             )
         taken[word] = item
     return taken
+
+
+def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
+    """Help that names the only parameter that begins with a word."""
+    whole = [name for name in parameters if name.startswith(word)]
+    return f"did you mean `{whole[0]}`?" if len(whole) == 1 else None
 
 
 def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
@@ -116,7 +122,9 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     for parameter in signature.parameters:
         if (item := taken.get(parameter.name)) is not None:
             site.expressions[parameter.name] = item.argument.value
-            values.append(_convert(parameter, item, form if len(builtin.signatures) > 1 else None))
+            values.append(
+                _convert(parameter, item, form if _may_be_misplaced(builtin, item) else None)
+            )
         elif parameter.required:
             raise Fault(
                 "type-missing-argument",
@@ -133,6 +141,12 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         result: Value = signature.function(site, *values)
         return result
     return each(partial(signature.function, site), values)  # type: ignore[no-any-return]
+
+
+def _may_be_misplaced(builtin: Builtin, item: Given) -> bool:
+    """Whether an argument of the wrong type may have been meant for another parameter."""
+    several = len(builtin.signatures[0].parameters) > 1
+    return len(builtin.signatures) > 1 or (several and item.argument.name is None)
 
 
 def _check_together(builtin: Builtin, names: Sequence[str], given: Sequence[Given]) -> None:
@@ -159,6 +173,10 @@ def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "")
     if value is None:
         subject = f"{of}`{parameter.name}`"
         fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
+        if parameter.kind is VECTOR3 and isinstance(item.value, float) and item.argument.name:
+            word = source_text(item.argument.value.span)[:20]
+            help = f"a vector has brackets of its own: `({word}, {word}, {word})`"
+            fault.diagnostic = replace(fault.diagnostic, help=help)
         if fault.diagnostic.help is None and form is not None:
             fault.diagnostic = replace(fault.diagnostic, help=form())
         raise fault

@@ -220,7 +220,15 @@ class ExpressionParser(TokenReader, ABC):
         """Refuse what cannot begin an expression."""
         help = None
         before = self.tokens[self.position - 1].kind if self.position else ""
-        if self.token.kind == ".":
+        if before == ".." and self.token.kind in (".", "="):
+            help = "an interval is `a..b`; a loop over it ends before `b`"
+        elif before in ("+", "-", "*", "/") and self.token.kind == "=":
+            help = "values never change: `let name = value` names another"
+        elif before in ("(", "[") and self.token.kind == "end":
+            self.close(self.tokens[self.position - 1], ")" if before == "(" else "]")
+        elif self.token.kind == "fn":
+            help = "a function has a name and a line of its own: `fn name(…) { … }`"
+        elif self.token.kind == ".":
             help = "a number begins with a digit: `0.5`"
         elif self.token.kind == "else":
             help = "put `else` on the line of the `}` before it"

@@ -71,6 +71,8 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"write `rgb{source_text(expression.span)}`"
         if not isinstance(expression, ast.VectorLiteral):
             help = "make it of components: `rgb(v.x, v.y, v.z)`"
+    elif due == "a material" and found == "a color":
+        help = f"make a material of it: `matte({source_text(expression.span)[:40]})`"
     elif isinstance(value, Group) and not value.items:
         found = "the empty group"
         help = "an `if` without `else` has no other value where its condition does not hold"

@@ -246,4 +246,6 @@ def _mend(symbol: str, left: Value, right: Value) -> str | None:
         return "apply a transform to an object with `object.transform(t)`"
     if kinds <= {float, str, List, Angle, Vector} and symbol == "==" and List in kinds:
         return "compare the items"
+    if isinstance(left, scene.Node) and isinstance(right, scene.Node):
+        return "objects in one block are a group: give each a line of its own"
     return None

@@ -18,6 +18,22 @@ from dsl.spans import Source, Span
 from dsl.token_reader import Abandon, SyntaxFault
 from dsl.tokens import Token
 
+_FUNCTION = "a function is defined with `fn name(…) { … }`"
+_LET = "write `let name = value`"
+_USE = 'write `use "file.ovo" as name`'
+_ELSEWHERE = {
+    "def": _FUNCTION,
+    "function": _FUNCTION,
+    "module": _FUNCTION,
+    "return": "the value of a function is that of its block: leave `return` out",
+    "while": "loops run over intervals and lists: `for i in 0..n { … }`",
+    "import": _USE,
+    "include": _USE,
+    "const": _LET,
+    "var": _LET,
+}
+"""Words that begin statements elsewhere, and what is written instead."""
+
 
 def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, list[Diagnostic]]:
     """The syntax tree of a source, complete but for what the diagnostics are about."""
@@ -68,9 +84,17 @@ class _Parser(ExpressionParser):
             self.nesting = nesting
 
     def end_of_statement_expected(self) -> NoReturn:
-        help = None
+        help = "each statement has a line of its own"
+        before = self.tokens[self.position - 1]
+        if before.kind == "name" and before.value in _ELSEWHERE:
+            word = str(before.value)
+            message = f"`{word}` is no word of the language"
+            self.report("syntax-expected", message, before, help=_ELSEWHERE[word])
+            raise SyntaxFault
         if self.token.kind == "=":
             help = "`==` compares; `let name = value` names a value"
+        elif self.token.kind in ("{", "name") and before.kind == ")":
+            help = "each statement has its own line; a map follows its object: `sphere().scale(2)`"
         elif self.token.kind == "{":
             help = "a function is defined with `fn name(…) { … }`"
         elif self.token.kind == "else":

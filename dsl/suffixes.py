@@ -18,7 +18,9 @@ from dsl.suggest import did_you_mean
 from dsl.transforms import PLACE
 from dsl.values import (
     POISON,
+    Builtin,
     Choice,
+    Closure,
     Color,
     File,
     Interval,
@@ -127,6 +129,10 @@ def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: 
     raise _no_member(value, member)
 
 
+def _called(function: Builtin | Closure) -> str:
+    return function.name if isinstance(function, Builtin) else function.definition.name
+
+
 def _no_member(value: Value, member: ast.Member) -> Fault:
     """The fault of a member or suffix call that the value does not have."""
     name = member.name
@@ -144,8 +150,10 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
             known = (*PLACE, "material", "override")
         case _ if movable(value):
             known = tuple(PLACE)
-    if name in known:
-        help: str | None = f"it is a call: `.{name}(…)`"
+    if isinstance(value, Builtin | Closure) and name in (*PLACE, "material", "override"):
+        help: str | None = f"call it first: `{_called(value)}().{name}(…)`"
+    elif name in known:
+        help = f"it is a call: `.{name}(…)`"
     elif isinstance(value, scene.Transform) and name in PLACE:
         help = f"combine transforms by a product: `{name}(…) * t` applies `t` first"
     else:

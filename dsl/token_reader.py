@@ -200,7 +200,9 @@ class TokenReader:
                 )
                 raise SyntaxFault
             help = None
-            if expected and self.begins_line():
+            if kind == "if":
+                help = "write `if condition { a } else { b }`"
+            elif expected and self.begins_line():
                 help = f"close the bracket with `{closer}`, or separate the items with `,`"
             self.expected(expected or f"`{closer}`", help, secondary=(label,))
         self.advance()
