@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -187,14 +188,17 @@ class _Writer:
     def _sayable(self, number: int) -> Material:
         """The material with its numbers within what the language allows."""
         given = self.materials[number]
-        changed = {}
+        changed: dict[str, Any] = {}
+        if given.textures:
+            self._report("textures are left out: materials have their constants")
+            changed["textures"] = ()
         for name in _FRACTIONS:
             changed[name] = min(max(getattr(given, name), 0.0), 1.0)
         for name in ("diffuse", "emission", "specular"):
             changed[name] = tuple(max(c, 0.0) for c in getattr(given, name))
         changed["ior"] = max(given.ior, 1.0)
         material = replace(given, **changed)
-        if material != given:
+        if material != replace(given, textures=()):
             self._report("a material's numbers out of range are brought into it")
         return material
 
@@ -202,6 +206,8 @@ class _Writer:
         leaf = self.leaves[target]
         if isinstance(leaf, Shape):
             return words.shape(leaf)
+        if leaf.attributes:
+            self._report("the normals, colours and coordinates of a mesh are left out")
         if self.folder is not None and len(leaf.triangles) > FEW:
             path = f"{self.folder}/{self._name(self._hint(target))}.obj"
             self.meshes[path] = leaf
@@ -243,7 +249,9 @@ class _Writer:
         return name
 
     def _report(self, message: str) -> None:
-        self.unsaid.append(diagnostic("usd-program", message))
+        said = diagnostic("usd-program", message)
+        if said not in self.unsaid:
+            self.unsaid.append(said)
 
 
 def _without_detours(steps: tuple[Step, ...]) -> tuple[Step, ...]:

@@ -8,6 +8,7 @@ from pxr import Gf, Sdf
 
 from compiler.compress import NO_MATERIAL, overriding
 from compiler.usd_export.layer import apply_schema, attribute, child, relationship
+from compiler.usd_export.textures import connect
 from dsl.scene import Material
 
 _COLORS = {"diffuse": "diffuseColor", "emission": "emissiveColor", "specular": "specularColor"}
@@ -60,6 +61,9 @@ def _write(prim: Any, material: Material) -> None:
         attribute(shader, f"inputs:{name}", "color3f", color)
     for field, name in _NUMBERS.items():
         attribute(shader, f"inputs:{name}", "float", getattr(material, field))
+    ports = {**_COLORS, **_NUMBERS}
+    for texture in material.textures:
+        connect(prim, shader, ports.get(texture.parameter, texture.parameter), texture)
     workflow = int(material.specular_workflow)
     attribute(shader, "inputs:useSpecularWorkflow", "int", workflow)
     output = Sdf.AttributeSpec(shader, "outputs:surface", Sdf.ValueTypeNames.Token)

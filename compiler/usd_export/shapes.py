@@ -10,6 +10,7 @@ from pxr import Gf, Vt
 from compiler.usd.schema import EXACT_POINTS, SOLIDS, type_name
 from compiler.usd_export.fallback import polygons
 from compiler.usd_export.layer import apply_schema, attribute
+from compiler.usd_export.textures import write_primvar
 from dsl.scene import FloatArray, Mesh, Shape, ShapeKind, Step, StepKind
 
 Leaf = Shape | Mesh
@@ -37,6 +38,8 @@ def write_leaf(prim: Any, leaf: Leaf, tolerance: float | None) -> None:
     if isinstance(leaf, Mesh):
         prim.typeName = "Mesh"
         _write_points(prim, leaf.points, np.full(len(leaf.triangles), 3), leaf.triangles)
+        for given in leaf.attributes:
+            write_primvar(prim, given)
         return
     native = _native_type(leaf)
     if native is not None:

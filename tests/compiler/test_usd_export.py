@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,17 @@ from compiler.ir import SceneIR
 from compiler.provenance import object_path
 from compiler.usd_export import ExportError, ExportOptions, export_stage
 from compiler.usd_export.fallback import Polygons, polygons
-from dsl.scene import SHAPE_PARAMETERS, SceneGraph, Shape, ShapeKind
+from dsl.scene import (
+    SHAPE_PARAMETERS,
+    Bind,
+    Group,
+    Mesh,
+    MeshAttribute,
+    Node,
+    SceneGraph,
+    Shape,
+    ShapeKind,
+)
 from runtime.tracer import Tracer
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.[ou][vs]*"))
@@ -220,3 +231,87 @@ def assert_within(shape: Shape, mesh: Polygons, tolerance: float) -> None:
     distance = 4.0 * tolerance * size
     hits = Tracer(compiled(SceneGraph(shape)).ir).trace(middle + distance * normals, -normals)
     assert (hits.t <= 2.0 * distance).all()
+
+
+SURFACE = """#usda 1.0
+def Mesh "m" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    uniform token subdivisionScheme = "none"
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    normal3f[] normals = [(0, 0, 1), (0, 0.6, 0.8), (0.6, 0, 0.8), (0, 0, 1)] (
+        interpolation = "vertex"
+    )
+    texCoord2f[] primvars:map = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = "faceVarying")
+    int[] primvars:map:indices = [0, 1, 2, 0, 2, 3]
+    rel material:binding = </look>
+}
+def Material "look" {
+    token outputs:surface.connect = </look/s.outputs:surface>
+    def Shader "s" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </look/t.outputs:rgb>
+        float inputs:roughness.connect = </look/t.outputs:g>
+        token outputs:surface
+    }
+    def Shader "t" {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @picture.png@
+        float2 inputs:st.connect = </look/p.outputs:result>
+        token inputs:wrapS = "repeat"
+        token inputs:sourceColorSpace = "raw"
+        float4 inputs:scale = (2, 1, 1, 1)
+        float4 inputs:fallback = (0.5, 0, 0, 1)
+        float3 outputs:rgb
+        float outputs:g
+    }
+    def Shader "p" {
+        uniform token info:id = "UsdTransform2d"
+        float2 inputs:in.connect = </look/r.outputs:result>
+        float inputs:rotation = 30
+        float2 inputs:scale = (2, -3)
+        float2 inputs:translation = (0.25, 0.5)
+        float2 outputs:result
+    }
+    def Shader "r" {
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "map"
+        float2 outputs:result
+    }
+}
+"""
+
+
+def test_textures_and_what_they_are_laid_by_come_back(tmp_path: Path) -> None:
+    stage = tmp_path / "stage.usda"
+    stage.write_text(SURFACE)
+    scene = compile_path(stage)
+    export_stage(scene, tmp_path / "again.usda")
+    back = compile_path(tmp_path / "again.usda")
+    (bound, mesh), (other_bound, other_mesh) = (surface(c.graph.root) for c in (scene, back))
+    assert len(bound.material.textures) == len(other_bound.material.textures) == 2
+    for one, other in zip(bound.material.textures, other_bound.material.textures, strict=True):
+        np.testing.assert_allclose(one.matrix, other.matrix, atol=1e-6)
+        same = replace(other, matrix=one.matrix, file=one.file)
+        assert one == same
+        assert Path(other.file).name == "picture.png"
+    assert [a.name for a in mesh.attributes] == [a.name for a in other_mesh.attributes]
+    for a, b in zip(mesh.attributes, other_mesh.attributes, strict=True):
+        np.testing.assert_array_equal(corners(mesh, a), corners(other_mesh, b))
+
+
+def surface(node: Node) -> tuple[Bind, Mesh]:
+    """The only mesh below a node, and what binds it."""
+    bound: Bind | None = None
+    while not isinstance(node, Mesh):
+        if isinstance(node, Bind):
+            bound = node
+        node = node.items[0] if isinstance(node, Group) else node.child  # type: ignore[union-attr]
+    assert bound is not None
+    return bound, node
+
+
+def corners(mesh: Mesh, attribute: MeshAttribute) -> np.ndarray:
+    """The values at the corners of each triangle."""
+    rows = mesh.triangles if attribute.corners is None else attribute.corners
+    return np.asarray(attribute.values[rows])
