@@ -122,7 +122,7 @@ fn mesh_prototype<F: Scalar>(
         None => Arc::new(Mesh::new(arrays, mesh)?),
     };
     let bounds = mesh.bounds();
-    let hull = Hull::of_tree(&mesh.tree, &bounds, false);
+    let hull = Hull::of_mesh(&mesh, &bounds);
     let prototype = Prototype {
         anchor: Anchor::around(Some(&bounds)),
         space: mesh.tree.space,
@@ -138,7 +138,7 @@ fn shape_prototype<F: Scalar>(
     let shape = Shape::<F>::new(kind, parameters)?;
     let bounds = shape.bounds().map(|[lower, upper]| Bounds { lower, upper });
     let hull = match (&bounds, kind) {
-        (Some(bounds), ShapeKind::Sphere) => Hull::Ball(bounds.upper[0]),
+        (Some(bounds), ShapeKind::Sphere) => Hull::Ball([0.0; 3], bounds.upper[0]),
         (Some(bounds), _) => Hull::Boxes(vec![*bounds]),
         (None, _) => Hull::Unbounded(Vec::new()),
     };
@@ -194,8 +194,8 @@ impl Placed {
 
 /// A simple outline of an object, tighter when transformed than its box.
 enum Hull {
-    /// A ball of that radius about the origin: its image has the exact bounds |row of M|·radius.
-    Ball(f64),
+    /// A ball about a centre: its image has the exact bounds |row of M|·radius.
+    Ball([f64; 3], f64),
     /// The union of boxes.
     Boxes(Vec<Bounds>),
     /// As `Boxes`, and content without bounds.
@@ -221,12 +221,25 @@ impl Hull {
     /// None for content without bounds, and for none at all.
     fn outline(&self) -> Option<Outline> {
         match self {
-            Hull::Ball(radius) => Some(Outline::ball(*radius)),
+            Hull::Ball(center, radius) => Some(Outline::ball(*center, *radius)),
             Hull::Boxes(boxes) => {
                 let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
                 all.is_finite().then(|| Outline::cuboid(&all))
             }
             Hull::Unbounded(_) => None,
+        }
+    }
+
+    /// A ball if its shadow is smaller than that of the box, which on average is a quarter of the
+    /// surface (Cauchy); else boxes.
+    fn of_mesh<F: Scalar>(mesh: &Mesh<F>, bounds: &Bounds) -> Hull {
+        let NormalSpace { center, scale } = mesh.tree.space;
+        let [x, y, z] = bounds.half_extent().map(|half| half * scale);
+        let reach = mesh.reach() * (1.0 + 8.0 * f64::EPSILON);
+        if std::f64::consts::PI * reach * reach < 2.0 * (x * y + y * z + z * x) {
+            Hull::Ball(center, reach / scale)
+        } else {
+            Hull::of_tree(&mesh.tree, bounds, false)
         }
     }
 
@@ -267,8 +280,8 @@ impl Hull {
             })
         };
         let (bounds, unbounded) = match self {
-            Hull::Ball(radius) => {
-                let bounds = transformed(world_from_object, [0.0; 3], |row| radius * length(row));
+            Hull::Ball(center, radius) => {
+                let bounds = transformed(world_from_object, *center, |row| radius * length(row));
                 (bounds, false)
             }
             Hull::Boxes(boxes) => (union(boxes), false),

@@ -55,10 +55,10 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// A ball about the origin.
-    pub fn ball(radius: f64) -> Outline {
+    /// A ball.
+    pub fn ball(center: [f64; 3], radius: f64) -> Outline {
         Outline {
-            center: [0.0; 3],
+            center,
             half: [radius; 3],
             ball: true,
         }
@@ -108,22 +108,20 @@ impl Lane {
             f64::from(center[i]) / space.scale + (space.center[i] - world_from_object[i][3])
         });
         let linear = object_from_world.map(|[x, y, z, _]| [x, y, z]);
-        let length = |row: [f64; 3]| row.iter().map(|x| x * x).sum::<f64>().sqrt() / space.scale;
+        let length = |row: [f64; 3]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let lengths = linear.map(|row| length(row) / space.scale);
+        let all = length(lengths);
         let moved: [f64; 3] = std::array::from_fn(|j| {
-            let [a, b, c] = linear[j];
-            let terms = [0, 1, 2].map(|i| linear[j][i] * from_translation[i]);
-            let [p, q, r] = terms;
-            let rounding = 8.0 * f64::EPSILON * (p.abs() + q.abs() + r.abs());
-            debug_assert!(a.is_finite() && b.is_finite() && c.is_finite());
-            (p + q + r - outline.center[j]).abs() + rounding
+            let terms: [f64; 3] = std::array::from_fn(|i| linear[j][i] * from_translation[i]);
+            let rounding = 8.0 * f64::EPSILON * terms.iter().map(|x| x.abs()).sum::<f64>();
+            (terms.iter().sum::<f64>() - outline.center[j]).abs() + rounding
         });
-        let all = length(linear.map(length)) * space.scale;
         let ball = outline.ball && all < LONGEST * outline.half[0];
         let grown: [f64; 3] = std::array::from_fn(|j| {
             if ball {
                 outline.half[0] + 2.0 * (moved[0] + moved[1] + moved[2]) + 2.0 * MARGIN * all
             } else {
-                outline.half[j] + moved[j] + MARGIN * length(linear[j])
+                outline.half[j] + moved[j] + MARGIN * lengths[j]
             }
         });
         let rows: [[f32; 3]; 3] =

@@ -127,6 +127,15 @@ impl<F: Scalar> Mesh<F> {
             .fold(Bounds::EMPTY, |bounds, p| bounds.with_point(p))
     }
 
+    /// How far from the middle of their bounds the triangles reach, in normalised space.
+    pub fn reach(&self) -> f64 {
+        (0..self.triangle_count as u32)
+            .flat_map(|triangle| self.corners(triangle))
+            .map(|p| self.tree.space.to_normal(p).iter().map(|x| x * x).sum())
+            .fold(0.0, f64::max)
+            .sqrt()
+    }
+
     /// Bytes held.
     pub fn nbytes(&self) -> usize {
         self.tree.nbytes() + self.blocks.capacity() * size_of::<TriangleBlock<F>>()
