@@ -1,4 +1,6 @@
-"""BasisCurves as chains of tubes with balls at their joints, and Points as balls.
+"""Curves as chains of tubes with balls at their joints, and Points as balls.
+
+HermiteCurves become the Bézier curves that they are, with widths linear between their points.
 
 A cubic segment becomes as many tubes as keep their chords within `TOLERANCE` radii of the curve,
 but at most `PIECES`; fewer where a prim would get more than `BUDGET`. Widths are diameters, and 1
@@ -65,6 +67,10 @@ class Form:
             return np.asarray(np.where(counts >= 3, counts // self.step, 0))
         points = np.where(counts >= 2, counts + 2, 0) if self.extended else counts
         return np.asarray(np.maximum((points - self.width) // self.step + 1, 0))
+
+
+_HERMITE = Form("bezier", "nonperiodic")
+"""What HermiteCurves become."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,15 +163,22 @@ def read_points(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
 
 
 def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[Node]:
-    """A BasisCurves prim as tubes and balls, in its own space."""
+    """A BasisCurves or HermiteCurves prim as tubes and balls, in its own space."""
     path = prim.GetPath()
     points = clock.vectors(prim.GetAttribute("points"), 3)
     counts = clock.integers(prim.GetAttribute("curveVertexCounts"))
     if points is None or counts is None or not len(points) or not len(counts):
         report.add("usd-curves", "a prim without points draws nothing", path)
         return []
-    form = _form(prim, clock, report)
     counts = np.maximum(counts, 0)
+    hermite = prim.GetTypeName() == "HermiteCurves"
+    if hermite:
+        tangents = clock.vectors(prim.GetAttribute("tangents"), 3)
+        if tangents is None or len(tangents) != len(points) or counts.sum() > len(points):
+            report.add("usd-curves", "a prim without a tangent for each point draws nothing", path)
+            return []
+        points, counts = _bezier(points, tangents, counts)
+    form = _HERMITE if hermite else _form(prim, clock, report)
     kept = _usable(points, counts, form)
     left_out = np.count_nonzero(~kept)
     if left_out:
@@ -189,7 +202,9 @@ def _radii(prim: Any, curves: Curves, count: int, clock: Clock, report: Report) 
     """Bézier radii `(s, 4, 1)` of all segments."""
     widths, interpolation = _widths(prim, UsdGeom.Curves(prim), clock)
     radii = np.nan_to_num(widths, nan=0.0, posinf=0.0, neginf=0.0) / 2.0
-    if interpolation == "varying":
+    if interpolation == "varying" or (
+        interpolation == "vertex" and prim.GetTypeName() == "HermiteCurves"
+    ):
         radii = _fitting(radii, int(curves.ends.sum()), prim.GetPath(), report)
         return curves.tapers(radii[:, None])
     if interpolation == "uniform" and len(radii) == len(curves.counts):
@@ -217,6 +232,19 @@ def _chains(segments: Segments, pieces: IntArray, shapes: Round) -> list[Node]:
     radii = np.maximum(np.stack((starts[:, 3], ends[:, 3]), axis=1), 0.0)
     tubes = shapes.tubes(starts[:, :3], ends[:, :3], radii)
     return tubes + shapes.balls(joints[:, :3], joints[:, 3])
+
+
+def _bezier(
+    points: FloatArray, tangents: FloatArray, counts: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Bézier points of Hermite curves: a third of the tangent away from either end of a segment."""
+    curve, number = parts(counts)
+    listed = np.arange(len(curve))
+    three = np.stack((points - tangents / 3.0, points, points + tangents / 3.0), axis=1)[listed]
+    kept = np.ones((len(listed), 3), bool)
+    kept[:, 0] = number > 0
+    kept[:, 2] = number + 1 < counts[curve]
+    return three[kept], np.where(counts > 0, 3 * counts - 2, 0)
 
 
 def _form(prim: Any, clock: Clock, report: Report) -> Form:

@@ -3,7 +3,8 @@
 Emission is colour · intensity · 2^exposure, times the colour of the temperature if enabled:
 radiance, at intensity 1 one unit. A sun's irradiance is its radiance times the solid angle of its
 disc; a ball's intensity is its radiance times the area of its disc. `normalize` divides by that
-solid angle, or by the ball's surface, after the light's scale.
+solid angle, or by the light's surface, after the light's scale. Rectangles, discs and cylinders
+become balls that send as much to where they send most, and as much everywhere else.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from compiler.usd.report import Report
 from dsl.scene import Color, Origin, PointLight, Sky, Sun
 
 Light = Sun | PointLight | Sky
+
+_AREAS = ("RectLight", "DiskLight", "CylinderLight")
 
 
 def read_light(
@@ -49,6 +52,10 @@ def read_light(
             message = "`inputs:texture:file` of dome lights is not used; their colour is"
             report.add("usd-light", message, path)
         return Sky(emission, origin)
+    if kind in _AREAS:
+        message = f"`{kind}`s are drawn as balls of their size, which shine to all sides"
+        report.add("usd-light", message, path)
+        return _area(prim, kind, emission, world_from_light, clock, origin)
     report.add("usd-light", f"`{kind}` lights are not handled", path)
     return None
 
@@ -97,3 +104,28 @@ def _ball(prim: Any, emission: Color, world: Any, clock: Clock, origin: Origin) 
     point = bool(clock.value(prim.GetAttribute("treatAsPoint")))
     x, y, z = world.ExtractTranslation()
     return PointLight((x, y, z), _scaled(emission, factor), 0.0 if point else radius, origin)
+
+
+def _area(
+    prim: Any, kind: str, emission: Color, world: Any, clock: Clock, origin: Origin
+) -> PointLight:
+    x, y, z = np.array(world)[:3, :3]
+    facing = float(np.linalg.norm(np.cross(x, y)))
+    surface_by_shadow = 1.0
+    if kind == "RectLight":
+        width, height = (clock.number(_input(prim, name), 1.0) for name in ("width", "height"))
+        shadow = abs(width * height) * facing
+    elif kind == "DiskLight":
+        shadow = math.pi * clock.number(_input(prim, "radius"), 0.5) ** 2 * facing
+    else:
+        # Along x; seen from the side it is a rectangle, and its wall is pi times as large.
+        length = abs(clock.number(_input(prim, "length"), 1.0)) * float(np.linalg.norm(x))
+        thick = math.sqrt(float(np.linalg.norm(y)) * float(np.linalg.norm(z)))
+        shadow = 2.0 * abs(clock.number(_input(prim, "radius"), 0.5)) * thick * length
+        surface_by_shadow = math.pi
+    normalized = bool(clock.value(_input(prim, "normalize")))
+    factor = 1.0 / surface_by_shadow if normalized else shadow
+    line = bool(clock.value(prim.GetAttribute("treatAsLine")))
+    place = world.ExtractTranslation()
+    radius = 0.0 if line else math.sqrt(shadow / math.pi)
+    return PointLight((place[0], place[1], place[2]), _scaled(emission, factor), radius, origin)

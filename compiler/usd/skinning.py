@@ -1,7 +1,8 @@
 """Skinned meshes: points moved by the joints of a skeleton at one time.
 
-Linear blend skinning: a point, brought into the skeleton's space as it was bound, goes to the mean
-of where its joints take it, by its weights as authored (UsdSkel, "Skinning").
+Blend shapes come first, by the weights of the animation. Linear blend skinning: a point, brought
+into the skeleton's space as it was bound, goes to the mean of where its joints take it, by its
+weights as authored (UsdSkel, "Skinning").
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdSkel
+from pxr import Sdf, Usd, UsdSkel, Vt
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
@@ -20,8 +21,11 @@ _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
 def is_skinned(prim: Any) -> bool:
-    """Whether a prim says which joints move its points."""
-    return bool(prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue())
+    """Whether a prim says which joints or blend shapes move its points."""
+    return bool(
+        prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue()
+        or prim.GetRelationship("skel:blendShapeTargets").HasAuthoredTargets()
+    )
 
 
 class Skinning:
@@ -36,16 +40,19 @@ class Skinning:
     def posed(self, prim: Any, points: FloatArray) -> FloatArray:
         """The points `(n, 3)` of a skinned mesh in its own space; in rest where that fails."""
         path = prim.GetPath()
-        if prim.GetRelationship("skel:blendShapeTargets").HasAuthoredTargets():
-            self._report.add("usd-skinning", "blend shapes are not used", path)
         skeleton = self._skeleton(prim)
         query = self._cache.GetSkinningQuery(prim) if skeleton else None
         bones = self._cache.GetSkelQuery(skeleton) if skeleton else None
         if not query or not bones:
             self._report.add("usd-skinning", "meshes without a skeleton stay as they are", path)
             return points
-        if query.GetSkinningMethod() != UsdSkel.Tokens.classicLinear:
-            self._report.add("usd-skinning", "dual quaternions are replaced by linear blends", path)
+        points = self._blended(prim, query, bones, points)
+        if not query.HasJointInfluences():
+            return points
+        world = world_matrix(skeleton.GetPrim(), self._clock)
+        skeleton_to_mesh = np.array(world * world_matrix(prim, self._clock).GetInverse())
+        if query.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion:
+            return _moved(self._by_dual_quaternions(query, bones, points), skeleton_to_mesh)
         joints = self._joints(query, bones)
         time = self._clock.code(query.GetJointIndicesPrimvar().GetAttr())
         found = query.ComputeVaryingJointInfluences(len(points), time)
@@ -61,16 +68,57 @@ class Skinning:
         for joint, weight in zip(indices.T, weights.T, strict=True):
             linear, offset = joints[joint, :3, :3], joints[joint, 3, :3]
             posed += weight[:, None] * (np.einsum("ni,nij->nj", bound, linear) + offset)
-        world = world_matrix(skeleton.GetPrim(), self._clock)
-        return _moved(posed, np.array(world * world_matrix(prim, self._clock).GetInverse()))
+        return _moved(posed, skeleton_to_mesh)
+
+    def _blended(self, prim: Any, query: Any, bones: Any, points: FloatArray) -> FloatArray:
+        """The points moved by blend shapes and their inbetweens."""
+        animation = bones.GetAnimQuery()
+        if not query.HasBlendShapes() or not animation:
+            return points
+        time = self._clock.code(animation.GetPrim().GetAttribute("blendShapeWeights"))
+        found = animation.ComputeBlendShapeWeights(time)
+        weights = dict(zip(animation.GetBlendShapeOrder(), found or (), strict=False))
+        shapes = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
+        named = Vt.FloatArray([weights.get(name, 0.0) for name in query.GetBlendShapeOrder()])
+        parts = shapes.ComputeSubShapeWeights(named)
+        if not parts:
+            message = "meshes whose blend shapes do not fit their weights are not blended"
+            self._report.add("usd-skinning", message, prim.GetPath())
+            return points
+        offsets = [np.array(o) for o in shapes.ComputeSubShapePointOffsets()]
+        rows = [np.array(i, dtype=np.int64) for i in shapes.ComputeBlendShapePointIndices()]
+        points = points.copy()
+        for weight, shape, part in zip(*parts, strict=True):
+            moved = rows[shape] if len(rows[shape]) else np.arange(len(points))
+            own = offsets[part].reshape(-1, 3)
+            fits = len(own) == len(moved) and not ((moved < 0) | (moved >= len(points))).any()
+            if fits and np.isfinite(own).all():
+                np.add.at(points, moved, weight * own)
+            elif len(own):
+                message = "blend shapes whose offsets do not fit the points are left out"
+                self._report.add("usd-skinning", message, prim.GetPath())
+        return points
+
+    def _by_dual_quaternions(self, query: Any, bones: Any, points: FloatArray) -> FloatArray:
+        """Points in the skeleton's space, skinned by usd-core in single precision."""
+        moved = Vt.Vec3fArray.FromNumpy(points.astype(np.float32))
+        time = self._clock.code(query.GetJointIndicesPrimvar().GetAttr())
+        transforms = bones.ComputeSkinningTransforms(self._time(bones))
+        if query.ComputeSkinnedPoints(transforms, moved, time):
+            return np.array(moved, dtype=np.float64)
+        message = "meshes whose joints or weights do not fit stay as they are"
+        self._report.add("usd-skinning", message, query.GetPrim().GetPath())
+        return points
+
+    def _time(self, bones: Any) -> Any:
+        animation = bones.GetAnimQuery()
+        if not animation:
+            return Usd.TimeCode.Default()
+        return self._clock.code(animation.GetPrim().GetAttribute("rotations"))
 
     def _joints(self, query: Any, bones: Any) -> FloatArray:
         """Where the joints of a mesh take points, `(j, 4, 4)` for row vectors; none if unknown."""
-        animation = bones.GetAnimQuery()
-        time = Usd.TimeCode.Default()
-        if animation:
-            time = self._clock.code(animation.GetPrim().GetAttribute("rotations"))
-        transforms = bones.ComputeSkinningTransforms(time)
+        transforms = bones.ComputeSkinningTransforms(self._time(bones))
         joints = np.array(transforms, dtype=np.float64).reshape(-1, 4, 4)
         names = query.GetJointOrder()
         if not names:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_points
@@ -78,8 +79,11 @@ def read_mesh(
     """
     path = prim.GetPath()
     points = clock.vectors(prim.GetAttribute("points"), 3)
-    counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
-    indices = clock.integers(prim.GetAttribute("faceVertexIndices"))
+    if prim.GetTypeName() == "TetMesh":
+        counts, indices = _surface_of_tetrahedra(prim, clock)
+    else:
+        counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
+        indices = clock.integers(prim.GetAttribute("faceVertexIndices"))
     for name, array in (
         ("points", points),
         ("faceVertexCounts", counts),
@@ -97,7 +101,7 @@ def read_mesh(
     if is_skinned(prim):
         points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)
-    scheme = clock.token(prim.GetAttribute("subdivisionScheme"))
+    scheme = clock.token(prim.GetAttribute("subdivisionScheme")) or "none"
     if scheme not in SCHEMES and scheme != "none":
         message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
         report.add("usd-subdivision", message, path)
@@ -122,3 +126,14 @@ def read_mesh(
         triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
     refined_surface = scheme in SCHEMES and options.complexity != "low"
     return MeshSurface(points, triangles, faces, len(counts), None if refined_surface else places)
+
+
+def _surface_of_tetrahedra(prim: Any, clock: Clock) -> tuple[IntArray | None, IntArray | None]:
+    """Counts and indices of a TetMesh's surface: as authored, or what bounds its tetrahedra."""
+    attribute = prim.GetAttribute("surfaceFaceVertexIndices")
+    faces = clock.vectors(attribute, 3)
+    if faces is None or not len(faces):
+        time = clock.code(prim.GetAttribute("tetVertexIndices"))
+        found = UsdGeom.TetMesh.ComputeSurfaceFaces(UsdGeom.TetMesh(prim), time)
+        faces = np.array(found, dtype=np.float64).reshape(-1, 3)
+    return np.full(len(faces), 3, np.int64), faces.astype(np.int64).ravel()

@@ -220,11 +220,11 @@ class Traversal:
             message = "a draw mode is not used: the model itself is drawn"
             self.report.add("usd-attribute", message, prim.GetPath())
         if self._is_drawn(prim, kind, inherited):
-            if kind == "Mesh":
+            if kind in ("Mesh", "TetMesh"):
                 self._draw_mesh(visit, frame)
             elif kind in self._gprims:
                 self._draw_gprim(visit, frame, kind)
-            elif kind in ("BasisCurves", "Points"):
+            elif kind in ("BasisCurves", "HermiteCurves", "Points"):
                 self._draw_round(visit, frame, kind)
             elif is_unsupported(prim) and not prim.HasAPI(UsdLux.LightAPI):
                 self.report.add("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
@@ -265,7 +265,7 @@ class Traversal:
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
     def _draw_round(self, visit: Visit, frame: Frame, kind: str) -> None:
-        read = read_curves if kind == "BasisCurves" else read_points
+        read = read_points if kind == "Points" else read_curves
         node = _group(read(visit.prim, self._round, self.clock, self.report))
         if node is not None:
             child = bound(node, self.material(visit.prim, frame))

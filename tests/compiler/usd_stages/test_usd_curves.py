@@ -200,3 +200,28 @@ def BasisCurves "c" {{
     tubes = [leaf for leaf in imported.leaves if leaf.node.kind == "cylinder"]
     assert 80 <= len(tubes) <= 100
     assert "640 tubes" in imported.said("fewer").message
+
+
+def test_hermite_curves_are_the_bezier_curves_they_are(load: Callable[..., Any]) -> None:
+    widths = "float[] widths = [0.5]"
+    hermite = load(f"""
+def HermiteCurves "c" {{
+    int[] curveVertexCounts = [3, 2]
+    point3f[] points = [(0, 0, 0), (3, 0, 0), (3, 3, 0), (0, 0, 9), (3, 0, 9)]
+    vector3f[] tangents = [(3, 3, 0), (0, 3, 0), (3, 0, 0), (0, 0, 3), (0, 0, 3)]
+    {widths}
+}}
+""")
+    bezier = load(f"""
+def BasisCurves "c" {{
+    uniform token type = "cubic"
+    uniform token basis = "bezier"
+    int[] curveVertexCounts = [7, 4]
+    point3f[] points = [(0, 0, 0), (1, 1, 0), (3, -1, 0), (3, 0, 0), (3, 1, 0), (2, 3, 0),
+        (3, 3, 0), (0, 0, 9), (0, 0, 10), (3, 0, 8), (3, 0, 9)]
+    {widths}
+}}
+""")
+    assert len(hermite.leaves) > 4
+    for one, other in zip(hermite.leaves, bezier.leaves, strict=True):
+        np.testing.assert_allclose(one.world, other.world, atol=1e-9)

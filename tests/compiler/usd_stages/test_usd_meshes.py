@@ -138,3 +138,18 @@ def Material "red" {{
 """)
     found = {leaf.material.diffuse: len(leaf.node.triangles) for leaf in imported.leaves}
     assert found == {(1.0, 0.0, 0.0): 2, (0.0, 1.0, 0.0): 4}
+
+
+@pytest.mark.parametrize("surface", ["int3[] surfaceFaceVertexIndices = [(0, 2, 1), (0, 1, 3), "
+                                     "(0, 3, 2), (1, 2, 3)]", ""])  # fmt: skip
+def test_tetrahedra_show_their_surface_outwards(load: Callable[..., Any], surface: str) -> None:
+    (leaf,) = load(f"""
+def TetMesh "t" {{
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    int4[] tetVertexIndices = [(0, 1, 2, 3)]
+    {surface}
+}}
+""").leaves
+    assert len(leaf.node.triangles) == 4
+    centers = leaf.node.points[leaf.node.triangles].mean(axis=1)
+    assert (np.einsum("ij,ij->i", normals(leaf.node), centers - 0.2) > 0.0).all()

@@ -125,3 +125,45 @@ def test_what_cannot_be_posed_stays_and_is_reported(
     (leaf,) = imported.leaves
     np.testing.assert_array_equal(leaf.node.points[1], (4, 0, 0))
     assert imported.said(words).code == "usd-skinning"
+
+
+def test_blend_shapes_move_points_before_joints_do(load: Callable[..., Any]) -> None:
+    shapes = """
+    def BlendShape "up" {
+        uniform vector3f[] offsets = [(0, 0, 4)]
+        uniform vector3f[] inbetweens:half = [(0, 0, 1)] (
+            weight = 0.5
+        )
+        uniform int[] pointIndices = [1]
+    }
+    def BlendShape "wide" {
+        uniform vector3f[] offsets = [(0, 1, 0), (0, 1, 0), (0, 1, 0)]
+    }
+"""
+    body = ARM.replace('    def Mesh "skin"', shapes + '    def Mesh "skin"')
+    body = body.replace(
+        "rel skel:skeleton = </arm/bones>",
+        'rel skel:skeleton = </arm/bones>\n        uniform token[] skel:blendShapes = ["u", "w"]\n'
+        "        rel skel:blendShapeTargets = [</arm/up>, </arm/wide>]",
+    )
+    body = body.replace(
+        "half3[] scales",
+        'uniform token[] blendShapes = ["w", "other", "u"]\n'
+        "        float[] blendShapeWeights = [0.5, 9, 0.5]\n        half3[] scales",
+    )
+    (leaf,) = load(body, time=0.0).leaves
+    world = leaf.node.points @ leaf.world[:3, :3].T + leaf.world[:3, 3]
+    # The inbetween stands for the half way: 1 and not 2.
+    expected = [(101, 0.5, 0), (104, 0.5, 1), (102, 1.5, 0)]
+    np.testing.assert_allclose(world, expected, atol=1e-5)
+
+
+def test_dual_quaternions_keep_the_distance_from_a_turning_axis(load: Callable[..., Any]) -> None:
+    method = 'uniform token primvars:skel:skinningMethod = "dualQuaternion"\n        '
+    imported = load(ARM.replace("rel skel:skeleton", method + "rel skel:skeleton"), time=10.0)
+    assert imported.diagnostics == []
+    (leaf,) = imported.leaves
+    world = leaf.node.points @ leaf.world[:3, :3].T + leaf.world[:3, 3]
+    np.testing.assert_allclose(world[:2], [(101, 0, 0), (102, 2, 0)], atol=1e-5)
+    # (2, 1) turns about (2, 0) by a quarter of the way, and stays at its distance.
+    assert np.linalg.norm(world[2] - (102, 0, 0)) == pytest.approx(1.0, abs=1e-5)

@@ -225,11 +225,11 @@ def test_the_up_axis_is_said_and_moves_nothing(load: Callable[..., Any]) -> None
 
 def test_unsupported_prims_are_reported_with_their_paths(load: Callable[..., Any]) -> None:
     imported = load("""
-def HermiteCurves "hair" {
+def NurbsCurves "hair" {
 }
-def TetMesh "dust" {
+def NurbsPatch "dust" {
 }
-def TetMesh "sand" {
+def NurbsPatch "sand" {
 }
 def Volume "cloud" {
 }
@@ -237,13 +237,13 @@ def Teapot "pot" {
     def Cube "lid" {
     }
 }
-def RectLight "window" {
+def PortalLight "window" {
 }
 def SkelRoot "body" {
     def Cube "head" {
     }
 }
-def HermiteCurves "hidden" {
+def NurbsCurves "hidden" {
     token visibility = "invisible"
 }
 """)
@@ -253,11 +253,11 @@ def HermiteCurves "hidden" {
         for d in imported.diagnostics
     }
     assert said == {
-        "`HermiteCurves` prims are not drawn": ["/hair"],
-        "`TetMesh` prims are not drawn (2 prims)": ["/dust", "/sand"],
+        "`NurbsCurves` prims are not drawn": ["/hair"],
+        "`NurbsPatch` prims are not drawn (2 prims)": ["/dust", "/sand"],
         "`Volume` prims are not drawn": ["/cloud"],
         "prims of the unknown type `Teapot` are not drawn, only those below": ["/pot"],
-        "`RectLight` lights are not handled": ["/window"],
+        "`PortalLight` lights are not handled": ["/window"],
     }
 
 
@@ -418,3 +418,31 @@ def test_an_unnormalised_sun_shines_by_its_solid_angle(load: Callable[..., Any])
 def test_an_empty_stage_is_an_empty_scene(load: Callable[..., Any]) -> None:
     imported = load("")
     assert (imported.leaves, imported.others, imported.diagnostics) == ([], [], [])
+
+
+@pytest.mark.parametrize(
+    ("light", "size", "shadow", "surface"),
+    [
+        ("RectLight", "float inputs:width = 3", 3 * 2 * 1, 3 * 2 * 1),
+        ("DiskLight", "float inputs:radius = 2", math.pi * 4 * 2, math.pi * 4 * 2),
+        ("CylinderLight", "float inputs:radius = 0.25", 0.5 * 2, math.pi * 0.5 * 2),
+    ],
+)
+@pytest.mark.parametrize("normalize", [0, 1])
+def test_area_lights_send_ahead_what_they_would(
+    load: Callable[..., Any], light: str, size: str, shadow: float, surface: float, normalize: int
+) -> None:
+    """Radiance 5 times the largest shadow, or that over the surface; the scale is (2, 1, 1)."""
+    imported = load(f"""
+def {light} "l" {{
+    float inputs:intensity = 5
+    bool inputs:normalize = {normalize}
+    {size}
+    float3 xformOp:scale = (2, 1, 1)
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+}}
+""")
+    ((_, lamp),) = imported.others
+    assert lamp.intensity[0] == pytest.approx(5 * shadow / (surface if normalize else 1.0))
+    assert lamp.radius == pytest.approx(math.sqrt(shadow / math.pi))
+    assert "all sides" in imported.diagnostics[0].message
