@@ -81,8 +81,8 @@ class Points:
         """The usable instances of each of `count` prototypes, in order."""
         usable = np.flatnonzero(self.usable)
         numbers = self.prototypes[usable]
-        if count == 1:
-            return [usable]
+        if count < 2:
+            return [usable][:count]
         order = np.argsort(numbers, kind="stable")
         ends = np.cumsum(np.bincount(numbers, minlength=count))
         return np.split(usable[order], ends[:-1])

@@ -66,10 +66,11 @@ def _emission(prim: Any, clock: Clock) -> Color:
     intensity = clock.number(_input(prim, "intensity"), 1.0)
     # Beyond this the product overflows whatever the intensity.
     exposure = min(max(clock.number(_input(prim, "exposure"), 0.0), -1000.0), 1000.0)
-    if clock.value(_input(prim, "enableColorTemperature")):
-        kelvin = clock.number(_input(prim, "colorTemperature"), 6500.0)
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
-    r, g, b = (float(x) for x in np.nan_to_num(color * intensity * 2.0**exposure))
+    with np.errstate(invalid="ignore", over="ignore"):
+        if clock.value(_input(prim, "enableColorTemperature")):
+            kelvin = clock.number(_input(prim, "colorTemperature"), 6500.0)
+            color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
+        r, g, b = (float(x) for x in np.nan_to_num(color * intensity * 2.0**exposure))
     return (r, g, b)
 
 

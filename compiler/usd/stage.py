@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any, Literal
 
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdUtils
 
 from compiler.usd.appearance import Base
 from compiler.usd.cameras import read_camera
@@ -44,7 +44,10 @@ def read_stage(
     with one_at_a_time, collected_warnings(report):
         stage = open_stage(path, options, report)
         if stage is not None:
-            items = _import(stage, name, Clock(_checked(time, report)), prim, options, report)
+            try:
+                items = _import(stage, name, Clock(_checked(time, report)), prim, options, report)
+            except Tf.ErrorException as error:
+                report.add("usd-open", f"the stage cannot be read: {sentence(str(error))}")
     root = items[0] if len(items) == 1 else Group(tuple(items))
     return SceneGraph(root, name, {name: ""}), report.diagnostics()
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +173,8 @@ def surfaces(prim: Any, code: Any) -> Iterator[tuple[Callable[[Array, Array], Hi
         halves = {"X": (0.0, length, width), "Y": (width, 0.0, length), "Z": (width, length, 0.0)}
         extent = np.array(halves[axis])
         yield partial(meet_rectangle, "XYZ".index(axis), extent), _box(*extent)
+    elif kind == "BasisCurves":
+        yield from _linear_curve(value)
     elif kind == "Points":
         points = np.array(value("points"), dtype=float).reshape(-1, 3)
         widths = np.broadcast_to(value("widths"), len(points))
@@ -180,6 +183,38 @@ def surfaces(prim: Any, code: Any) -> Iterator[tuple[Callable[[Array, Array], Hi
             yield partial(meet_ball, point, width / 2.0), around
     elif kind:
         yield _turned(value("axis"), *_solid_of_revolution(kind, value))
+
+
+def _linear_curve(value: Callable[[str], Any]) -> Iterator[Any]:
+    """One open chain of straight segments of one width: tubes with balls at all points."""
+    points = np.array(value("points"), dtype=float)
+    radius = float(value("widths")[0]) / 2.0
+    for point in points:
+        yield partial(meet_ball, point, radius), point + _box(radius, radius, radius)
+    for start, end in pairwise(points):
+        length = float(np.linalg.norm(end - start))
+        if length > 0.0:
+            yield partial(_meet_wall, start, end, radius), start + _box(radius, radius, radius)
+
+
+def _meet_wall(start: Array, end: Array, radius: float, origins: Array, directions: Array) -> Hit:
+    """The wall of a cylinder, without its ends."""
+    length = float(np.linalg.norm(end - start))
+    axis = (end - start) / length
+    o = origins - start
+    across_o = o - np.outer(o @ axis, axis)
+    across_d = directions - np.outer(directions @ axis, axis)
+    found = []
+    for t in _roots(
+        (across_d**2).sum(axis=1),
+        (across_o * across_d).sum(axis=1),
+        (across_o**2).sum(axis=1) - radius**2,
+    ):
+        with np.errstate(all="ignore"):
+            along = (o + t[:, None] * directions) @ axis
+            inside = (along >= 0.0) & (along <= length)
+            found.append(_kept(t, inside, across_o + t[:, None] * across_d))
+    return _nearest(found)
 
 
 def _box(x: float, y: float, z: float) -> Array:

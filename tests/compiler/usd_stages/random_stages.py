@@ -11,7 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 GPRIMS = (
     "Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane", "Cylinder_1", "Capsule_1", "Mesh",
-    "Points",
+    "Points", "BasisCurves",
 )  # fmt: skip
 TIMES = (0.0, 10.0)
 Op = UsdGeom.XformOp
@@ -182,6 +182,13 @@ class _Builder:
 
         if kind == "Mesh":
             self._mesh(UsdGeom.Mesh(prim))
+        elif kind == "BasisCurves":
+            count = self.random.randint(2, 4)
+            prim.GetAttribute("type").Set("linear")
+            prim.GetAttribute("curveVertexCounts").Set([count])
+            prim.GetAttribute("points").Set([self._vector(-1, 1) for _ in range(count)])
+            prim.GetAttribute("widths").Set([self._number(0.25, 0.75)])
+            UsdGeom.Curves(prim).SetWidthsInterpolation("constant")
         elif kind == "Points":
             count = self.random.randint(1, 3)
             prim.GetAttribute("points").Set([self._vector(-1, 1) for _ in range(count)])

@@ -446,3 +446,19 @@ def {light} "l" {{
     assert lamp.intensity[0] == pytest.approx(5 * shadow / (surface if normalize else 1.0))
     assert lamp.radius == pytest.approx(math.sqrt(shadow / math.pi))
     assert "all sides" in imported.diagnostics[0].message
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        'def PointInstancer "p" { int[] protoIndices = [0, 3]\npoint3f[] positions = [(0, 0, 0)] }',
+        'def Mesh "p" { point3f[] points = [(0, 0, 0)]\nint[] faceVertexCounts = [2]\n'
+        "int[] faceVertexIndices = [0, 0] }",
+        'def Sphere "p" { uniform token[] xformOpOrder = ["", "a/b"] }',
+        'def SphereLight "p" { color3f inputs:color = (inf, nan, 0)\nfloat inputs:intensity = 0 }',
+    ],
+)
+def test_odd_values_end_in_words_and_not_in_exceptions(load: Callable[..., Any], body: str) -> None:
+    for complexity in ("low", "limit"):
+        found = load(body.replace("{", "{\n").replace("}", "\n}"), complexity=complexity)
+        assert all(d.severity != "error" for d in found.diagnostics)
