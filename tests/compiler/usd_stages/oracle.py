@@ -194,11 +194,11 @@ def _linear_curve(value: Callable[[str], Any]) -> Iterator[Any]:
     for start, end in pairwise(points):
         length = float(np.linalg.norm(end - start))
         if length > 0.0:
-            yield partial(_meet_wall, start, end, radius), start + _box(radius, radius, radius)
+            yield partial(_meet_tube, start, end, radius), start + _box(radius, radius, radius)
 
 
-def _meet_wall(start: Array, end: Array, radius: float, origins: Array, directions: Array) -> Hit:
-    """The wall of a cylinder, without its ends."""
+def _meet_tube(start: Array, end: Array, radius: float, origins: Array, directions: Array) -> Hit:
+    """A cylinder; its ends are within the balls, and only seen from there."""
     length = float(np.linalg.norm(end - start))
     axis = (end - start) / length
     o = origins - start
@@ -214,6 +214,11 @@ def _meet_wall(start: Array, end: Array, radius: float, origins: Array, directio
             along = (o + t[:, None] * directions) @ axis
             inside = (along >= 0.0) & (along <= length)
             found.append(_kept(t, inside, across_o + t[:, None] * across_d))
+    for end_at, side in ((0.0, -1.0), (length, 1.0)):
+        with np.errstate(all="ignore"):
+            t = (end_at - o @ axis) / (directions @ axis)
+            inside = ((across_o + t[:, None] * across_d) ** 2).sum(axis=1) <= radius**2
+        found.append(_kept(t, inside, np.broadcast_to(side * axis, o.shape)))
     return _nearest(found)
 
 
