@@ -145,8 +145,8 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
     for column, count, what in (
         (scene.lights["kind"], ir.SKY + 1, "a light is of no known kind"),
         (scene.cameras["projection"], ir.ORTHOGRAPHIC + 1, "a camera has no known projection"),
-        (settings["integrator"] + 1, len(ir.INTEGRATORS) + 1, "there is no such integrator"),
-        (settings["precision"] + 1, len(ir.PRECISIONS) + 1, "there is no such precision"),
+        (int(settings["integrator"]) + 1, len(ir.INTEGRATORS) + 1, "there is no such integrator"),
+        (int(settings["precision"]) + 1, len(ir.PRECISIONS) + 1, "there is no such precision"),
         (settings["up"], len(ir.UP_AXES), "there is no such up axis"),
     ):
         if not _within(np.atleast_1d(column), count):
