@@ -375,7 +375,7 @@ def test_deep_hierarchies_are_no_matter(load: Callable[..., Any], tmp_path: Path
 
     layer = Sdf.Layer.CreateNew(str(tmp_path / "deep.usda"))
     path = Sdf.Path("/x")
-    for _ in range(1500):
+    for _ in range(900):
         Sdf.CreatePrimInLayer(layer, path).specifier = Sdf.SpecifierDef
         path = path.AppendChild("x")
     cube = Sdf.CreatePrimInLayer(layer, path)
