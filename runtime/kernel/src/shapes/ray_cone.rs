@@ -102,6 +102,8 @@ impl Cone<f64> {
         let rho = x.hypot(z);
         let side = r.hypot(h);
         let (sin, cos) = (r / side, h / side);
+        // Rays start up to 4 rooms off a face, towards the other where the rim is acute.
+        let room = room * (side + 4.0 * r).min(16.0 * h) / h;
         let outside = (rho - r) * cos + y * sin;
         if -y > outside {
             let shrink = clamped(rho, -r, r, room) / rho.max(f64::MIN_POSITIVE);

@@ -82,10 +82,9 @@ impl<F: Scalar> Scene<F> {
         let local: [f64; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
         let rounding = COORDINATE_ERROR * reach * rays.per_rate;
         let surface = prototype.surface(local, found.primitive, rounding);
-        let Some((mut point, normal, error)) = surface else {
+        let Some((mut point, mut normal, error)) = surface else {
             return Hit::MISS;
         };
-        let mut normal = rescaled(normal);
         let mut offset = error;
         for &row in path.iter().rev() {
             let matrix = &self.world_from_object[row];
@@ -132,12 +131,6 @@ impl<F: Scalar> Scene<F> {
 #[inline(always)]
 fn unit_of(v: [f64; 3]) -> f64 {
     power_of_two(-exponent(v[0].abs().max(v[1].abs()).max(v[2].abs())))
-}
-
-#[inline(always)]
-fn rescaled(v: [f64; 3]) -> [f64; 3] {
-    let unit = unit_of(v);
-    each!(v, |x| x * unit)
 }
 
 impl<F: Scalar> Prototype<F> {
