@@ -192,14 +192,18 @@ class Tracer:
         directions: ArrayLike,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = np.inf,
+        *,
+        copy: bool = True,
     ) -> Hits:
         """Closest hits with t_min < t < t_max.
 
         `origins` and `directions` are (n, 3), or one of them (3,) for all rays; t_min and t_max
         are scalars or (n,). Directions are not normalised. A ray that is not finite, or whose
-        direction is zero, misses. Raises ValueError for other shapes or for non-numbers.
+        direction is zero, misses. The rays are copied for the surfaces that may be asked for later;
+        with `copy` False they are not, and must stay as they are as long as the hits are used.
+        Raises ValueError for other shapes or for non-numbers.
         """
-        return self._trace(*_rays(origins, directions, t_min, t_max, keep=True))
+        return self._trace(*_rays(origins, directions, t_min, t_max, copy))
 
     def occluded(
         self,
@@ -242,14 +246,14 @@ def _rays(
     directions: ArrayLike,
     t_min: ArrayLike,
     t_max: ArrayLike,
-    keep: bool = False,
+    copy: bool = False,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """The rays as the kernel wants them: (n, 3), (n, 3) and bounds (n,) or (1,), float64.
 
-    To keep them is to have copies that the caller cannot change.
+    Copies are such that the caller cannot change them.
     """
-    points = _vectors("origins", origins, keep)
-    vectors = _vectors("directions", directions, keep)
+    points = _vectors("origins", origins, copy)
+    vectors = _vectors("directions", directions, copy)
     counts = {len(array) for array in (points, vectors) if array.ndim == 2} or {1}
     if len(counts) > 1:
         raise ValueError(

@@ -59,7 +59,13 @@ async def rays(request: Request) -> Response:
         tracer = Tracer(compilation.ir, program.precision)
         ticket()
         try:
-            hits = tracer.trace(**batch)
+            hits = tracer.trace(
+                batch["origins"],
+                batch["directions"],
+                batch.get("t_min", 0.0),
+                batch.get("t_max", np.inf),
+                copy=False,
+            )
         except ValueError as error:
             raise Problem(422, "invalid-rays", str(error)) from None
         return _archive(hits) if media_type == NPZ else _json(hits)

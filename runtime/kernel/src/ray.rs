@@ -1,6 +1,7 @@
 //! Rays, hits, and the one interface between who traces and who shades.
 use crate::instance::dot;
 use crate::lanes::axes;
+use std::ops::Range;
 
 /// A half-line in world space. Directions are not normalised: `t` is in their units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,92 @@ pub struct Ray {
     pub t_min: f64,
     /// Hits have t < t_max.
     pub t_max: f64,
+}
+
+impl Ray {
+    /// Rays as rows of numbers, in the order of the fields.
+    #[inline(always)]
+    pub fn as_rows(rays: &[Ray]) -> &[[f64; 8]] {
+        // SAFETY: a ray is eight f64 in C's layout, and so is the row.
+        unsafe { std::slice::from_raw_parts(rays.as_ptr().cast(), rays.len()) }
+    }
+}
+
+/// Rays in one of the layouts in which callers have them.
+#[derive(Clone, Copy, Debug)]
+pub enum Rays<'a> {
+    /// One after the other.
+    Records(&'a [Ray]),
+    /// An array for each part: as many directions as origins, and as many bounds or one for all.
+    Columns {
+        /// [`Ray::origin`] of each.
+        origins: &'a [[f64; 3]],
+        /// [`Ray::direction`] of each.
+        directions: &'a [[f64; 3]],
+        /// [`Ray::t_min`] of each, or of all.
+        t_min: &'a [f64],
+        /// [`Ray::t_max`] of each, or of all.
+        t_max: &'a [f64],
+    },
+}
+
+/// A stretch of the bounds of rays, which may be one for all.
+#[inline(always)]
+fn bounds(of: &[f64], range: Range<usize>) -> &[f64] {
+    if of.len() == 1 { of } else { &of[range] }
+}
+
+impl<'a> Rays<'a> {
+    /// How many there are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        match self {
+            Rays::Records(rays) => rays.len(),
+            Rays::Columns { origins, .. } => origins.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Ray number `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Ray {
+        match *self {
+            Rays::Records(rays) => rays[i],
+            Rays::Columns {
+                origins,
+                directions,
+                t_min,
+                t_max,
+            } => Ray {
+                origin: origins[i],
+                direction: directions[i],
+                t_min: bounds(t_min, i..i + 1)[0],
+                t_max: bounds(t_max, i..i + 1)[0],
+            },
+        }
+    }
+
+    /// Some of the rays.
+    pub fn part(&self, range: Range<usize>) -> Rays<'a> {
+        match *self {
+            Rays::Records(rays) => Rays::Records(&rays[range]),
+            Rays::Columns {
+                origins,
+                directions,
+                t_min,
+                t_max,
+            } => Rays::Columns {
+                origins: &origins[range.clone()],
+                directions: &directions[range.clone()],
+                t_min: bounds(t_min, range.clone()),
+                t_max: bounds(t_max, range),
+            },
+        }
+    }
 }
 
 /// The closest hit of a ray, or [`Hit::MISS`].
@@ -78,6 +165,17 @@ impl Found {
     };
 }
 
+/// The parts of [`Found`], an array for each.
+#[derive(Debug)]
+pub struct FoundColumns<'a> {
+    /// [`Found::t`] of each ray.
+    pub t: &'a mut [f64],
+    /// [`Found::instance`] of each ray.
+    pub instance: &'a mut [i64],
+    /// [`Found::primitive`] of each ray.
+    pub primitive: &'a mut [u32],
+}
+
 /// Whatever can answer batches of rays: scenes of either precision on any instruction set.
 ///
 /// Batches of some hundreds of coherent rays are answered fastest. Answers do not depend on
@@ -91,8 +189,10 @@ pub trait Trace: Send + Sync {
 
 /// Whatever finds hits and the surfaces there apart, for those who may not need the surfaces.
 pub trait Find: Trace {
-    /// Closest hits: `found[i]` for `rays[i]`. Panics if the lengths differ.
-    fn find(&self, rays: &[Ray], found: &mut [Found]);
+    /// Closest hits. Panics if the lengths differ.
+    fn find(&self, rays: Rays, found: FoundColumns);
+    /// Whether anything is hit. Panics if the lengths differ.
+    fn find_any(&self, rays: Rays, occluded: &mut [bool]);
     /// The surfaces where these rays were found to hit: `closest` is `find` and then this.
     /// Instances or primitives that the scene does not have are misses.
     fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]);

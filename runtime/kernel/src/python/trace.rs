@@ -7,15 +7,15 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 use super::arrays::Rows;
-use crate::ray::{Find, Found, Hit, Ray};
+use crate::ray::{Find, Found, FoundColumns, Hit, Ray};
 
 /// An array of one answer per ray.
 pub(super) type Answers<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Rays handed to the tracer at once.
-const BATCH: usize = 512;
+const BATCH: usize = 1024;
 /// Rays between two looks at pending signals.
-const POLL: usize = 128 * BATCH;
+const POLL: usize = 64 * BATCH;
 
 /// The arguments that both functions share.
 pub(super) struct Rays<'py> {
@@ -23,15 +23,6 @@ pub(super) struct Rays<'py> {
     directions: Rows<'py, [f64; 3]>,
     t_min: Rows<'py, f64>,
     t_max: Rows<'py, f64>,
-}
-
-/// The same without Python.
-#[derive(Clone, Copy)]
-struct RaySlices<'a> {
-    origins: &'a [[f64; 3]],
-    directions: &'a [[f64; 3]],
-    t_min: &'a [f64],
-    t_max: &'a [f64],
 }
 
 impl<'py> Rays<'py> {
@@ -63,29 +54,13 @@ impl<'py> Rays<'py> {
         Ok(rays)
     }
 
-    fn slices(&self) -> RaySlices<'_> {
-        RaySlices {
+    fn slices(&self) -> crate::ray::Rays<'_> {
+        crate::ray::Rays::Columns {
             origins: self.origins.rows(),
             directions: self.directions.rows(),
             t_min: self.t_min.rows(),
             t_max: self.t_max.rows(),
         }
-    }
-}
-
-impl RaySlices<'_> {
-    fn ray(&self, i: usize) -> Ray {
-        let bound = |values: &[f64]| values[if values.len() == 1 { 0 } else { i }];
-        Ray {
-            origin: self.origins[i],
-            direction: self.directions[i],
-            t_min: bound(self.t_min),
-            t_max: bound(self.t_max),
-        }
-    }
-
-    fn batch(&self, start: usize, len: usize) -> Vec<Ray> {
-        (start..start + len).map(|i| self.ray(i)).collect()
     }
 }
 
@@ -129,7 +104,7 @@ pub(super) fn closest<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let slices = rays.slices();
-    let n = slices.origins.len();
+    let n = slices.len();
     let t = PyArray1::<f64>::zeros(py, n, false);
     let instance = PyArray1::<i64>::zeros(py, n, false);
     let primitive = PyArray1::<u32>::zeros(py, n, false);
@@ -145,15 +120,13 @@ pub(super) fn closest<'py>(
                 .zip(primitive.par_chunks_mut(BATCH))
                 .enumerate()
                 .for_each(|(batch, ((t, instance), primitive))| {
-                    let rays = slices.batch(poll * POLL + batch * BATCH, t.len());
-                    let mut found = [Found::NOTHING; BATCH];
-                    let found = &mut found[..rays.len()];
-                    scene.find(&rays, found);
-                    for (i, found) in found.iter().enumerate() {
-                        t[i] = found.t;
-                        instance[i] = found.instance;
-                        primitive[i] = found.primitive;
-                    }
+                    let start = poll * POLL + batch * BATCH;
+                    let found = FoundColumns {
+                        t,
+                        instance,
+                        primitive,
+                    };
+                    scene.find(slices.part(start..start + found.t.len()), found);
                 });
         })?;
     }
@@ -277,7 +250,7 @@ pub(super) fn occluded<'py>(
     threads: usize,
 ) -> PyResult<Answers<'py, bool>> {
     let slices = rays.slices();
-    let n = slices.origins.len();
+    let n = slices.len();
     let answers = PyArray1::<bool>::zeros(py, n, false);
     let pool = pool(threads)?;
     for (poll, part) in slice_of!(answers).chunks_mut(POLL).enumerate() {
@@ -285,8 +258,8 @@ pub(super) fn occluded<'py>(
             part.par_chunks_mut(BATCH)
                 .enumerate()
                 .for_each(|(batch, part)| {
-                    let rays = slices.batch(poll * POLL + batch * BATCH, part.len());
-                    scene.occluded(&rays, part);
+                    let start = poll * POLL + batch * BATCH;
+                    scene.find_any(slices.part(start..start + part.len()), part);
                 });
         })?;
     }

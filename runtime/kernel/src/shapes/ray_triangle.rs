@@ -8,75 +8,132 @@
 //! in double where it is 0 in single; here each is a difference of products by Kahan's method
 //! (`dop.rs`), whose sign is right at once and which lanes can do in step. The corners of a shared
 //! edge round alike, so no ray slips between.
-use crate::lanes::{Lanes, axes};
+use crate::lanes::{Lanes, Mask, axes, each};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot};
 use super::ray_lanes::{Intersect, RayLanes};
 
-/// What the test needs of the rays' directions: made once for all triangles.
+/// Rays made ready for triangles.
+///
+/// The axis k belongs to the ray. What has one axis is done at once: rays that differ in it take
+/// turns, each axis for itself.
 #[derive(Clone, Copy)]
-pub struct Shear<L: Lanes> {
-    along_x: L::Mask,
-    along_y: L::Mask,
+pub struct TriangleRays<L: Lanes> {
+    origin: [L; 3],
+    along: [L::Mask; 3],
     slope: [L; 2],
     inverse: L,
+    t_min: L,
+    t_max: L,
 }
 
-impl<L: Lanes> Shear<L> {
-    /// For rays of these directions.
+/// The axes after `axis` and itself, in the order that keeps handedness.
+#[inline(always)]
+pub fn turned(axis: usize) -> [usize; 3] {
+    [(axis + 1) % 3, (axis + 2) % 3, axis]
+}
+
+impl<L: Lanes> TriangleRays<L> {
+    /// Rays with hits at t_min < t < t_max.
     #[inline(always)]
-    pub fn new(d: [L; 3]) -> Shear<L> {
+    pub fn new(ray: &RayLanes<L>) -> TriangleRays<L> {
+        let d = ray.d;
         let [x, y, z] = axes!(|i| d[i].abs());
         let along_x = x.ge(y) & x.ge(z);
         let along_y = y.ge(z) & !along_x;
-        let [i, j, k] = Self::permuted(along_x, along_y, d);
-        Shear {
-            along_x,
-            along_y,
+        let [i, j, k] = axes!(|i| {
+            let (if_x, if_y, if_z) = (d[(i + 1) % 3], d[(i + 2) % 3], d[i]);
+            L::select(along_x, if_x, L::select(along_y, if_y, if_z))
+        });
+        TriangleRays {
+            origin: ray.o,
+            along: [along_x, along_y, !(along_x | along_y)],
             slope: [i / k, j / k],
             inverse: L::splat(L::Scalar::ONE) / k,
+            t_min: ray.t_min,
+            t_max: ray.t_max,
         }
     }
 
-    /// Turns the coordinates in a circle until the one along the ray is last.
+    /// Looks for hits in another interval.
     #[inline(always)]
-    fn permuted(along_x: L::Mask, along_y: L::Mask, p: [L; 3]) -> [L; 3] {
-        axes!(|i| {
-            let (if_x, if_y, if_z) = (p[(i + 1) % 3], p[(i + 2) % 3], p[i]);
-            L::select(along_x, if_x, L::select(along_y, if_y, if_z))
-        })
+    pub fn look_within(&mut self, t_min: L, t_max: L) {
+        self.t_min = t_min;
+        self.t_max = t_max;
     }
 
+    /// Rays with this axis.
     #[inline(always)]
-    fn apply(&self, p: [L; 3]) -> [L; 3] {
-        let [i, j, k] = Self::permuted(self.along_x, self.along_y, p);
-        [
-            self.slope[0].neg_mul_add(k, i),
-            self.slope[1].neg_mul_add(k, j),
-            k * self.inverse,
-        ]
+    pub fn along(&self, axis: usize) -> L::Mask {
+        self.along[axis]
     }
-}
 
-/// W rays against W triangles a b c, lane by lane: splat a ray, or a triangle, to meet many of the
-/// other. `shear` is that of the rays. Both sides are hit, edges belong to the triangle.
-#[inline(always)]
-pub fn intersect<L: Lanes>(
-    ray: &RayLanes<L>,
-    shear: &Shear<L>,
-    corners: [[L; 3]; 3],
-    active: L::Mask,
-) -> (L::Mask, L) {
-    let [a, b, c] = axes!(|i| shear.apply(axes!(|k| corners[i][k] - ray.o[k])));
-    let zero = L::zero();
-    let u = difference_of_products(c[0], b[1], c[1], b[0]);
-    let v = difference_of_products(a[0], c[1], a[1], c[0]);
-    let w = difference_of_products(b[0], a[1], b[1], a[0]);
-    let one_side = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
-    let sum = u + v + w;
-    let t = dot([u, v, w], [a[2], b[2], c[2]]) / sum;
-    (active & one_side & !sum.eq(zero) & ray.accepts(t), t)
+    /// The axis of the first ray.
+    #[inline(always)]
+    pub fn axis(&self) -> usize {
+        let [x, y, _] = axes!(|i| self.along[i].bits() & 1 != 0);
+        if x {
+            0
+        } else if y {
+            1
+        } else {
+            2
+        }
+    }
+
+    /// Rays of any axes against one triangle.
+    #[inline(always)]
+    pub fn intersect_any_axis(
+        &self,
+        triangle: &[[L::Scalar; 3]; 3],
+        active: L::Mask,
+    ) -> (L::Mask, L) {
+        let mut found = (L::Mask::none(), L::zero());
+        for axis in 0..3 {
+            let along = active & self.along(axis);
+            if along.any() {
+                let [i, j, k] = turned(axis);
+                let corners = each!(triangle, |corner| L::splats([
+                    corner[i], corner[j], corner[k]
+                ]));
+                let (hit, t) = self.intersect(axis, corners, along);
+                found = (found.0 | hit, L::select(hit, t, found.1));
+            }
+        }
+        found
+    }
+
+    /// W rays against W triangles, lane by lane: splat a ray, or a triangle, to meet many of the
+    /// other. The rays in `active` have that axis, and the coordinates of the corners are
+    /// [`turned`] to it. Both sides are hit, edges belong to the triangle.
+    #[inline(always)]
+    pub fn intersect(&self, axis: usize, corners: [[L; 3]; 3], active: L::Mask) -> (L::Mask, L) {
+        let turned = turned(axis);
+        let origin = axes!(|i| self.origin[turned[i]]);
+        let [a, b, c] = axes!(|corner| {
+            let [i, j, k] = axes!(|i| corners[corner][i] - origin[i]);
+            [
+                self.slope[0].neg_mul_add(k, i),
+                self.slope[1].neg_mul_add(k, j),
+                k * self.inverse,
+            ]
+        });
+        let zero = L::zero();
+        let u = difference_of_products(c[0], b[1], c[1], b[0]);
+        let v = difference_of_products(a[0], c[1], a[1], c[0]);
+        let w = difference_of_products(b[0], a[1], b[1], a[0]);
+        let one_side =
+            (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+        let inside = active & one_side;
+        if !inside.any() {
+            return (inside, zero);
+        }
+        let sum = u + v + w;
+        let t = dot([u, v, w], [a[2], b[2], c[2]]) / sum;
+        let accepted = self.t_min.lt(t) & t.lt(self.t_max);
+        (inside & !sum.eq(zero) & accepted, t)
+    }
 }
 
 /// The point of the plane of a triangle nearest to `p`, and the unit normal (b − a) × (c − a).
@@ -139,12 +196,7 @@ impl<F: Scalar> Triangle<F> {
 impl<F: Scalar> Intersect<F> for Triangle<F> {
     #[inline(always)]
     fn intersect<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>, active: L::Mask) -> (L::Mask, L) {
-        intersect(
-            ray,
-            &Shear::new(ray.d),
-            axes!(|i| L::splats(self.corners[i])),
-            active,
-        )
+        TriangleRays::new(ray).intersect_any_axis(&self.corners, active)
     }
 }
 

@@ -3,71 +3,125 @@ use super::precision::Halves;
 use crate::bvh::NormalSpace;
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, each, halves};
-use crate::ray::Ray;
+use crate::ray::{Ray, Rays};
 
-/// Up to W rays, a column for each coordinate; idle lanes repeat the last ray.
+/// Up to W rays in the world, a column for each coordinate; idle lanes repeat the last ray.
 pub struct RayColumns<I: Isa> {
-    origin: Halves<[I::F64; 3]>,
-    direction: Halves<[I::F64; 3]>,
+    pub level: Halves<LevelRays<I::F64>>,
     pub t_min: Halves<I::F64>,
     pub t_max: Halves<I::F64>,
     /// How many there are.
     pub len: usize,
 }
 
+/// The columns of W rows.
+#[inline(always)]
+fn transposed<I: Isa, const N: usize>(rows: &[[f64; N]]) -> Halves<[I::F64; N]> {
+    let mut columns = [[0.0; MAX_WIDTH]; N];
+    let rows = &rows[..I::F32::WIDTH];
+    for lane in 0..I::F32::WIDTH {
+        for i in 0..N {
+            columns[i][lane] = rows[lane][i];
+        }
+    }
+    halves!(|h| {
+        let mut half = [I::F64::zero(); N];
+        for i in 0..N {
+            half[i] = I::F64::load(&columns[i][h * I::F64::WIDTH..]);
+        }
+        half
+    })
+}
+
+/// W numbers, or one for all.
+#[inline(always)]
+fn column<I: Isa>(numbers: &[f64], first: usize) -> Halves<I::F64> {
+    if let [all] = numbers {
+        return [I::F64::splat(*all); 2];
+    }
+    halves!(|h| I::F64::load(&numbers[first + h * I::F64::WIDTH..]))
+}
+
 impl<I: Isa> RayColumns<I> {
-    /// At least one ray and at most W.
+    /// The W rays from number `first` on, or those that are left; at least one.
     #[inline(always)]
-    pub fn new(rays: &[Ray]) -> RayColumns<I> {
-        assert!(!rays.is_empty() && rays.len() <= I::F32::WIDTH);
-        let last = &rays[rays.len() - 1];
-        let mut columns = [[0.0; MAX_WIDTH]; 8];
-        for lane in 0..I::F32::WIDTH {
-            let &Ray {
-                origin: [x, y, z],
-                direction: [u, v, w],
+    pub fn new(rays: Rays, first: usize) -> RayColumns<I> {
+        const WIDE: usize = MAX_WIDTH;
+        let len = (rays.len() - first).min(I::F32::WIDTH);
+        match rays {
+            Rays::Columns {
+                origins,
+                directions,
                 t_min,
                 t_max,
-            } = rays.get(lane).unwrap_or(last);
-            let row = [x, y, z, u, v, w, t_min, t_max];
-            for (column, number) in columns.iter_mut().zip(row) {
-                column[lane] = number;
+            } if len == I::F32::WIDTH => RayColumns::of(
+                transposed::<I, 3>(&origins[first..]),
+                transposed::<I, 3>(&directions[first..]),
+                column::<I>(t_min, first),
+                column::<I>(t_max, first),
+                len,
+            ),
+            Rays::Records(rays) if len == I::F32::WIDTH => {
+                RayColumns::of_records(Ray::as_rows(&rays[first..]), len)
             }
-        }
-        let half = I::F64::WIDTH;
-        RayColumns {
-            origin: halves!(|h| axes!(|i| I::F64::load(&columns[i][h * half..]))),
-            direction: halves!(|h| axes!(|i| I::F64::load(&columns[i + 3][h * half..]))),
-            t_min: halves!(|h| I::F64::load(&columns[6][h * half..])),
-            t_max: halves!(|h| I::F64::load(&columns[7][h * half..])),
-            len: rays.len(),
+            _ => {
+                let mut some = [rays.get(first + len - 1); WIDE];
+                for (i, ray) in some[..len].iter_mut().enumerate() {
+                    *ray = rays.get(first + i);
+                }
+                RayColumns::of_records(Ray::as_rows(&some), len)
+            }
         }
     }
 
-    /// The rays in the world.
     #[inline(always)]
-    pub fn level_rays(&self) -> Halves<LevelRays<I::F64>> {
+    fn of_records(rows: &[[f64; 8]], len: usize) -> RayColumns<I> {
+        let columns = transposed::<I, 8>(rows);
+        RayColumns::of(
+            halves!(|h| axes!(|i| columns[h][i])),
+            halves!(|h| axes!(|i| columns[h][i + 3])),
+            halves!(|h| columns[h][6]),
+            halves!(|h| columns[h][7]),
+            len,
+        )
+    }
+
+    #[inline(always)]
+    fn of(
+        origin: Halves<[I::F64; 3]>,
+        direction: Halves<[I::F64; 3]>,
+        t_min: Halves<I::F64>,
+        t_max: Halves<I::F64>,
+        len: usize,
+    ) -> RayColumns<I> {
         let one = I::F64::splat(1.0);
-        halves!(|h| {
+        let level = halves!(|h| {
             LevelRays {
-                origin: self.origin[h],
-                direction: self.direction[h],
+                origin: origin[h],
+                direction: direction[h],
                 start: I::F64::zero(),
                 rate: one,
                 per_rate: one,
             }
             .with_unit_direction()
-        })
+        });
+        RayColumns {
+            level,
+            t_min,
+            t_max,
+            len,
+        }
     }
 
     /// Whether all of them can hit anything at all.
-    #[inline(always)]
+    #[cfg(test)]
     pub fn are_valid(&self) -> bool {
         let infinity = I::F64::splat(f64::INFINITY);
         let zero = I::F64::zero();
         let [low, high] = halves!(|h| {
-            let [x, y, z] = each!(self.origin[h], |x| x.abs().lt(infinity));
-            let [u, v, w] = each!(self.direction[h], |x| x.abs());
+            let rays = &self.level[h];
+            let [x, y, z] = each!(rays.origin, |x| x.abs().lt(infinity));
+            let [u, v, w] = each!(rays.direction, |x| x.abs());
             let finite = x & y & z & u.lt(infinity) & v.lt(infinity) & w.lt(infinity);
             let directed = u.gt(zero) | v.gt(zero) | w.gt(zero);
             finite & directed & self.t_min[h].lt(self.t_max[h])
@@ -75,33 +129,27 @@ impl<I: Isa> RayColumns<I> {
         (low & high).all()
     }
 
-    /// Whether they are valid and worth a packet: within a tenth of a turn or so of the first,
-    /// and starting close to it in proportion to the scene, whose root has that space.
+    /// Whether they are worth a packet: within a tenth of a turn or so of the first, and starting
+    /// within half of the scene, whose root has that space, of where it does. Rays that can hit
+    /// nothing at all are not: where any number is not finite or the direction is zero, a
+    /// difference is NaN.
     #[inline(always)]
     pub fn are_coherent(&self, space: &NormalSpace) -> bool {
         /// Largest difference of a direction's components, the largest component being one.
         const DIRECTION_SPREAD: f32 = 0.1875;
         /// Largest difference of an origin's components in normalised space of the root.
-        const ORIGIN_SPREAD: f64 = 0.09375;
-        if !self.are_valid() {
-            return false;
-        }
+        const ORIGIN_SPREAD: f64 = 1.0;
         let spread = I::F64::splat(ORIGIN_SPREAD / space.scale);
-        let first = each!(self.origin[0], |x| I::F64::splat(x.get(0)));
+        let first = each!(self.level[0].origin, |x| I::F64::splat(x.get(0)));
         let [low, high] = halves!(|h| {
-            let [x, y, z] = axes!(|i| (self.origin[h][i] - first[i]).abs().le(spread));
-            x & y & z
+            let [x, y, z] = axes!(|i| (self.level[h].origin[i] - first[i]).abs().le(spread));
+            x & y & z & self.t_min[h].lt(self.t_max[h])
         });
         if !(low & high).all() {
             return false;
         }
-        // Powers of two keep any length within single precision.
-        let scaled: Halves<[I::F64; 3]> = halves!(|h| {
-            let [x, y, z] = each!(self.direction[h], |x| x.abs());
-            let unit = x.max(y).max(z).unit_scale();
-            each!(self.direction[h], |x| x * unit)
-        });
-        let direction: [I::F32; 3] = axes!(|i| I::narrow(scaled[0][i], scaled[1][i]));
+        let [low, high] = &self.level;
+        let direction: [I::F32; 3] = axes!(|i| I::narrow(low.direction[i], high.direction[i]));
         let [x, y, z] = each!(direction, |x| x.abs());
         let per_largest = I::F32::splat(1.0) / x.max(y).max(z);
         let spread = I::F32::splat(DIRECTION_SPREAD);

@@ -25,6 +25,8 @@ pub struct Frustum<L> {
     greatest: [L; 3],
     /// 0, or infinity along axes that bound nothing.
     slack: [L; 3],
+    /// Whether every axis bounds something.
+    agree: bool,
 }
 
 /// Least and greatest of the lanes that the mask has.
@@ -79,7 +81,14 @@ impl<L: Lanes<Scalar = f32>> Frustum<L> {
             least: axes!(|i| L::splat(all[i].3)),
             greatest: axes!(|i| L::splat(all[i].4)),
             slack: axes!(|i| L::splat(all[i].5)),
+            agree: x.5 + y.5 + z.5 == 0.0,
         }
+    }
+
+    /// Rows of the planes through which all rays enter; None if they do not agree.
+    #[inline(always)]
+    pub fn agreed(&self) -> Option<[usize; 3]> {
+        self.agree.then_some(self.enters)
     }
 
     /// Which of the children from number `first` on any ray may meet in [after, before], and
@@ -95,9 +104,11 @@ impl<L: Lanes<Scalar = f32>> Frustum<L> {
             let from = from - self.exit_origin[i];
             (from * self.least[i]).max(from * self.greatest[i]) + self.slack[i]
         });
-        // NaN, of an empty box along an axis that bounds nothing, yields to the other operand.
+        // NaN, of an empty box along an axis that bounds nothing, yields to the other operand: where
+        // no axis bounds anything, only its being empty tells.
+        let holds = L::load(&node.planes[0][first..]).le(L::load(&node.planes[3][first..]));
         let near = enter[0].max(enter[1].max(enter[2].max(L::splat(after))));
         let far = leave[0].min(leave[1].min(leave[2].min(L::splat(before))));
-        (near.le(far).bits(), near)
+        ((near.le(far) & holds).bits(), near)
     }
 }

@@ -3,6 +3,7 @@
 //! Consecutive rays that point and start alike go as packets of W, others one at a time. Either
 //! way each ray sees the same arithmetic from f64 on, ties go to the lowest leaf, and boxes are
 //! conservative: so answers do not depend on the batch, the instruction set or the order.
+mod bundle;
 mod columns;
 mod frustum;
 mod level;
@@ -19,8 +20,8 @@ use self::columns::RayColumns;
 use self::packet::Packet;
 use self::single::Single;
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Task, dispatch};
-use crate::ray::{Find, Found, Hit, Ray, Trace};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves};
+use crate::ray::{Find, Found, FoundColumns, Hit, Ray, Rays, Trace};
 use crate::scene::Scene;
 
 /// What traversal finds.
@@ -92,14 +93,14 @@ enum Bundling {
 }
 
 /// A batch, and where the answers go.
-struct Batch<'s, F: Precision, A, const ANY: bool> {
+struct Batch<'s, F: Precision, A> {
     scene: &'s Scene<F>,
-    rays: &'s [Ray],
+    rays: Rays<'s>,
     bundling: Bundling,
     answers: A,
 }
 
-impl<F: Precision, A: Answers<F>, const ANY: bool> Task for Batch<'_, F, A, ANY> {
+impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
     type Output = ();
 
     #[inline(always)]
@@ -107,94 +108,153 @@ impl<F: Precision, A: Answers<F>, const ANY: bool> Task for Batch<'_, F, A, ANY>
         let width = Packet::<I, F>::WIDTH;
         let mut packet = Packet::<I, F>::new(self.scene);
         let mut single = Single::<I, F>::new(self.scene);
-        let mut nearest = [Nearest::none(0.0); crate::lanes::MAX_WIDTH];
         let space = self.scene.groups[0].tree.space;
-        for (chunk, rays) in self.rays.chunks(width).enumerate() {
-            let lanes = RayColumns::<I>::new(rays);
+        for first in (0..self.rays.len()).step_by(width) {
+            let lanes = RayColumns::<I>::new(self.rays, first);
             let bundled = match self.bundling {
-                Bundling::Coherent => rays.len() > 2 && lanes.are_coherent(&space),
+                Bundling::Coherent => lanes.len > 2 && lanes.are_coherent(&space),
                 #[cfg(test)]
                 Bundling::Never => false,
                 #[cfg(test)]
                 Bundling::Always => lanes.are_valid(),
             };
-            let nearest = &mut nearest[..rays.len()];
             if bundled {
-                packet.trace::<ANY>(&lanes, nearest);
-            } else {
-                for (ray, nearest) in rays.iter().zip(nearest.iter_mut()) {
-                    *nearest = if is_valid(ray) {
-                        single.trace::<ANY>(ray)
-                    } else {
-                        Nearest::none(ray.t_max)
-                    };
+                if A::ANY {
+                    packet.trace::<true>(&lanes);
+                } else {
+                    packet.trace::<false>(&lanes);
                 }
+                self.answers.set_packet(first, &lanes, &packet);
+                continue;
             }
-            for (i, &nearest) in nearest.iter().enumerate() {
-                self.answers
-                    .set(self.scene, chunk * width + i, &rays[i], nearest);
+            for i in first..first + lanes.len {
+                let ray = self.rays.get(i);
+                let nearest = if !is_valid(&ray) {
+                    Nearest::none(ray.t_max)
+                } else if A::ANY {
+                    single.trace::<true>(&ray)
+                } else {
+                    single.trace::<false>(&ray)
+                };
+                self.answers.set(i, &ray, nearest);
             }
         }
     }
 }
 
-/// Takes what traversal found for each ray.
-trait Answers<F: Precision> {
-    fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest);
+/// Takes what traversal found.
+trait Answers {
+    /// Whether any hit does.
+    const ANY: bool;
+
+    fn set(&mut self, i: usize, ray: &Ray, nearest: Nearest);
+
+    /// For the rays from number `first` on.
+    fn set_packet<I: Isa, F: Precision>(
+        &mut self,
+        first: usize,
+        rays: &RayColumns<I>,
+        packet: &Packet<I, F>,
+    );
 }
 
 /// Closest hits.
-impl<F: Precision> Answers<F> for &mut [Found] {
+impl Answers for FoundColumns<'_> {
+    const ANY: bool = false;
+
     #[inline(always)]
-    fn set(&mut self, _: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest) {
-        self[i] = nearest.found(ray);
+    fn set(&mut self, i: usize, ray: &Ray, nearest: Nearest) {
+        let found = nearest.found(ray);
+        self.t[i] = found.t;
+        self.instance[i] = found.instance;
+        self.primitive[i] = found.primitive;
     }
-}
 
-/// Closest hits and the surfaces there.
-struct Surfaces<'h> {
-    hits: &'h mut [Hit],
-    path: Vec<usize>,
-}
-
-impl<F: Precision> Answers<F> for Surfaces<'_> {
     #[inline(always)]
-    fn set(&mut self, scene: &Scene<F>, i: usize, ray: &Ray, nearest: Nearest) {
-        self.hits[i] = scene.surface(ray, &nearest.found(ray), &mut self.path);
+    fn set_packet<I: Isa, F: Precision>(
+        &mut self,
+        first: usize,
+        rays: &RayColumns<I>,
+        packet: &Packet<I, F>,
+    ) {
+        let best = &packet.best;
+        let mut numbers = [[0.0; MAX_WIDTH]; 4];
+        for h in 0..2 {
+            let half = h * I::F64::WIDTH;
+            let missed = best.leaf[h].lt(I::F64::zero());
+            let t = I::F64::select(missed, I::F64::splat(f64::INFINITY), best.t[h]);
+            t.store(&mut numbers[0][half..]);
+            best.leaf[h].store(&mut numbers[1][half..]);
+            best.triangle[h].store(&mut numbers[2][half..]);
+            rays.t_min[h].store(&mut numbers[3][half..]);
+        }
+        let [t, leaf, triangle, t_min] = &numbers;
+        let range = first..first + rays.len;
+        self.t[range.clone()].copy_from_slice(&t[..rays.len]);
+        for (to, &leaf) in self.instance[range.clone()].iter_mut().zip(leaf) {
+            *to = leaf as i64;
+        }
+        for (to, &triangle) in self.primitive[range.clone()].iter_mut().zip(triangle) {
+            *to = triangle as u32;
+        }
+        // Rounding may have brought t to t_min, beyond which it is.
+        let [low, high] = halves!(|h| best.t[h].le(rays.t_min[h]));
+        if (low | high).any() {
+            for (t, &t_min) in self.t[range].iter_mut().zip(t_min) {
+                *t = t.max(t_min.next_up());
+            }
+        }
     }
 }
 
 /// Whether anything was found.
-impl<F: Precision> Answers<F> for &mut [bool] {
+impl Answers for &mut [bool] {
+    const ANY: bool = true;
+
     #[inline(always)]
-    fn set(&mut self, _: &Scene<F>, i: usize, _: &Ray, nearest: Nearest) {
+    fn set(&mut self, i: usize, _: &Ray, nearest: Nearest) {
         self[i] = nearest.leaf >= 0;
+    }
+
+    #[inline(always)]
+    fn set_packet<I: Isa, F: Precision>(
+        &mut self,
+        first: usize,
+        rays: &RayColumns<I>,
+        packet: &Packet<I, F>,
+    ) {
+        let alive = packet.alive.bits();
+        for (i, occluded) in self[first..first + rays.len].iter_mut().enumerate() {
+            *occluded = alive >> i & 1 == 0;
+        }
     }
 }
 
 /// Surfaces of hits that were found before.
-struct SurfacesOf<'a, F: Precision> {
+struct SurfacesOf<'a, F: Precision, G> {
     scene: &'a Scene<F>,
     rays: &'a [Ray],
-    found: &'a [Found],
+    found: G,
     hits: &'a mut [Hit],
 }
 
-impl<F: Precision> Task for SurfacesOf<'_, F> {
+impl<F: Precision, G: Fn(usize) -> Found> Task for SurfacesOf<'_, F, G> {
     type Output = ();
 
     #[inline(always)]
     fn run<I: Isa>(self) {
         let mut path = Vec::new();
         for i in 0..self.hits.len() {
-            self.hits[i] = self.scene.surface(&self.rays[i], &self.found[i], &mut path);
+            self.hits[i] = self
+                .scene
+                .surface(&self.rays[i], &(self.found)(i), &mut path);
         }
     }
 }
 
 impl<F: Precision> Scene<F> {
-    fn batch<const ANY: bool>(&self, rays: &[Ray], bundling: Bundling, answers: impl Answers<F>) {
-        let batch = Batch::<_, _, ANY> {
+    fn batch(&self, rays: Rays, bundling: Bundling, answers: impl Answers) {
+        let batch = Batch {
             scene: self,
             rays,
             bundling,
@@ -204,37 +264,63 @@ impl<F: Precision> Scene<F> {
     }
 }
 
+/// Rays whose hits are found before their surfaces are computed: they stay in the cache meanwhile.
+const SURFACES: usize = 256;
+
 impl<F: Precision> Trace for Scene<F> {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len());
-        let path = Vec::new();
-        self.batch::<false>(rays, Bundling::Coherent, Surfaces { hits, path });
+        let mut t = [0.0; SURFACES];
+        let mut instance = [0; SURFACES];
+        let mut primitive = [0; SURFACES];
+        for (rays, hits) in rays.chunks(SURFACES).zip(hits.chunks_mut(SURFACES)) {
+            let found = FoundColumns {
+                t: &mut t[..rays.len()],
+                instance: &mut instance[..rays.len()],
+                primitive: &mut primitive[..rays.len()],
+            };
+            self.find(Rays::Records(rays), found);
+            let found = |i| Found {
+                t: t[i],
+                instance: instance[i],
+                primitive: primitive[i],
+            };
+            let surfaces = SurfacesOf {
+                scene: self,
+                rays,
+                found,
+                hits,
+            };
+            dispatch(self.set, surfaces);
+        }
     }
 
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
-        assert_eq!(rays.len(), occluded.len());
-        self.batch::<true>(rays, Bundling::Coherent, occluded);
+        self.find_any(Rays::Records(rays), occluded);
     }
 }
 
 impl<F: Precision> Find for Scene<F> {
-    fn find(&self, rays: &[Ray], found: &mut [Found]) {
-        assert_eq!(rays.len(), found.len());
-        self.batch::<false>(rays, Bundling::Coherent, found);
+    fn find(&self, rays: Rays, found: FoundColumns) {
+        let n = rays.len();
+        assert!(found.t.len() == n && found.instance.len() == n && found.primitive.len() == n);
+        self.batch(rays, Bundling::Coherent, found);
+    }
+
+    fn find_any(&self, rays: Rays, occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len());
+        self.batch(rays, Bundling::Coherent, occluded);
     }
 
     fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]) {
         assert!(rays.len() == found.len() && rays.len() == hits.len());
-        let scene = self;
-        dispatch(
-            self.set,
-            SurfacesOf {
-                scene,
-                rays,
-                found,
-                hits,
-            },
-        );
+        let surfaces = SurfacesOf {
+            scene: self,
+            rays,
+            found: |i| found[i],
+            hits,
+        };
+        dispatch(self.set, surfaces);
     }
 }
 

@@ -3,7 +3,7 @@ use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, each, halves};
 use crate::scalar::Scalar;
 use crate::scene::{BLOCK, TriangleBlock};
-use crate::shapes::{RayLanes, Shape, Shear, intersect_triangle};
+use crate::shapes::{RayLanes, Shape, TriangleRays, turned};
 
 /// The lanes of a packet in double precision: the first half, then the second.
 pub type Halves<T> = [T; 2];
@@ -41,46 +41,22 @@ fn from_level<L: Lanes>(rays: &LevelRays<L>, t: L) -> L {
     t.mul_add(rays.rate, rays.start)
 }
 
-/// Rays made ready for the triangles of a mesh.
-#[derive(Clone, Copy)]
-pub struct TriangleRays<L: Lanes> {
-    ray: RayLanes<L>,
-    shear: Shear<L>,
-}
-
-impl<L: Lanes> TriangleRays<L> {
-    #[inline(always)]
-    fn new(o: [L; 3], d: [L; 3]) -> TriangleRays<L> {
-        let ray = RayLanes {
-            o,
-            d,
-            t_min: L::zero(),
-            t_max: L::zero(),
-        };
-        TriangleRays {
-            ray,
-            shear: Shear::new(d),
-        }
-    }
-
-    #[inline(always)]
-    fn within(self, (t_min, t_max): (L, L)) -> TriangleRays<L> {
-        let ray = RayLanes {
-            t_min,
-            t_max,
-            ..self.ray
-        };
-        TriangleRays { ray, ..self }
-    }
-
-    /// Against one triangle of a block.
-    #[inline(always)]
-    fn one(&self, block: &TriangleBlock<L::Scalar>, lane: usize, active: L::Mask) -> (L::Mask, L) {
-        let corners = each!(&block.corners, |corner| each!(corner, |axis| L::splat(
-            axis[lane]
-        )));
-        intersect_triangle(&self.ray, &self.shear, corners, active)
-    }
+/// Rays against one triangle of a block.
+#[inline(always)]
+fn intersect_one<L: Lanes>(
+    rays: &TriangleRays<L>,
+    axis: usize,
+    block: &TriangleBlock<L::Scalar>,
+    lane: usize,
+    active: L::Mask,
+) -> (L::Mask, L) {
+    let [i, j, k] = turned(axis);
+    let corners = each!(&block.corners, |corner| [
+        L::splat(corner[i][lane]),
+        L::splat(corner[j][lane]),
+        L::splat(corner[k][lane]),
+    ]);
+    rays.intersect(axis, corners, active)
 }
 
 /// What scenes can be traced with.
@@ -99,20 +75,28 @@ pub trait Precision: Scalar {
         active: PacketMask<I>,
     ) -> (PacketMask<I>, Halves<I::F64>);
 
-    /// Makes a packet ready for a mesh.
-    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Self::PacketRays<I>;
-
-    /// The same with the interval to look in, the world's.
-    fn packet_within<I: Isa>(
-        prepared: Self::PacketRays<I>,
+    /// Makes a packet ready for a mesh, with the interval to look in, the world's.
+    fn packet_rays<I: Isa>(
         rays: &Halves<LevelRays<I::F64>>,
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) -> Self::PacketRays<I>;
 
-    /// Crossings of a packet with one triangle of a block; world t.
+    /// Draws in the far end of the interval.
+    fn packet_restrict<I: Isa>(
+        prepared: &mut Self::PacketRays<I>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    );
+
+    /// Rays whose largest component is along this axis.
+    fn packet_along<I: Isa>(prepared: &Self::PacketRays<I>, axis: usize) -> PacketMask<I>;
+
+    /// Crossings of a packet along one axis with one triangle of a block; world t.
     fn packet_triangle<I: Isa>(
         prepared: &Self::PacketRays<I>,
+        axis: usize,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<Self>,
         lane: usize,
@@ -169,30 +153,42 @@ impl Precision for f32 {
     }
 
     #[inline(always)]
-    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> TriangleRays<I::F32> {
-        let (o, d) = narrow_vectors::<I>(rays);
-        TriangleRays::new(o, d)
-    }
-
-    #[inline(always)]
-    fn packet_within<I: Isa>(
-        prepared: TriangleRays<I::F32>,
+    fn packet_rays<I: Isa>(
         rays: &Halves<LevelRays<I::F64>>,
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) -> TriangleRays<I::F32> {
-        prepared.within(narrow_interval::<I>(rays, t_min, t_max))
+        let (o, d) = narrow_vectors::<I>(rays);
+        let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
+        TriangleRays::new(&RayLanes { o, d, t_min, t_max })
+    }
+
+    #[inline(always)]
+    fn packet_restrict<I: Isa>(
+        prepared: &mut TriangleRays<I::F32>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    ) {
+        let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
+        prepared.look_within(t_min, t_max);
+    }
+
+    #[inline(always)]
+    fn packet_along<I: Isa>(prepared: &TriangleRays<I::F32>, axis: usize) -> PacketMask<I> {
+        prepared.along(axis)
     }
 
     #[inline(always)]
     fn packet_triangle<I: Isa>(
         prepared: &TriangleRays<I::F32>,
+        axis: usize,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<f32>,
         lane: usize,
         active: PacketMask<I>,
     ) -> (PacketMask<I>, Halves<I::F64>) {
-        let (hit, t) = prepared.one(block, lane, active);
+        let (hit, t) = intersect_one(prepared, axis, block, lane, active);
         (hit, widened::<I>(rays, t))
     }
 }
@@ -216,31 +212,51 @@ impl Precision for f64 {
     }
 
     #[inline(always)]
-    fn packet_rays<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> Halves<TriangleRays<I::F64>> {
-        halves!(|h| TriangleRays::new(rays[h].origin, rays[h].direction))
-    }
-
-    #[inline(always)]
-    fn packet_within<I: Isa>(
-        prepared: Halves<TriangleRays<I::F64>>,
+    fn packet_rays<I: Isa>(
         rays: &Halves<LevelRays<I::F64>>,
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) -> Halves<TriangleRays<I::F64>> {
-        halves!(|h| prepared[h].within(level_interval(&rays[h], t_min[h], t_max[h])))
+        halves!(|h| {
+            let (t_min, t_max) = level_interval(&rays[h], t_min[h], t_max[h]);
+            TriangleRays::new(&RayLanes {
+                o: rays[h].origin,
+                d: rays[h].direction,
+                t_min,
+                t_max,
+            })
+        })
+    }
+
+    #[inline(always)]
+    fn packet_restrict<I: Isa>(
+        prepared: &mut Halves<TriangleRays<I::F64>>,
+        rays: &Halves<LevelRays<I::F64>>,
+        t_min: &Halves<I::F64>,
+        t_max: &Halves<I::F64>,
+    ) {
+        let [low, high] = halves!(|h| level_interval(&rays[h], t_min[h], t_max[h]));
+        prepared[0].look_within(low.0, low.1);
+        prepared[1].look_within(high.0, high.1);
+    }
+
+    #[inline(always)]
+    fn packet_along<I: Isa>(prepared: &Halves<TriangleRays<I::F64>>, axis: usize) -> PacketMask<I> {
+        I::join(prepared[0].along(axis), prepared[1].along(axis))
     }
 
     #[inline(always)]
     fn packet_triangle<I: Isa>(
         prepared: &Halves<TriangleRays<I::F64>>,
+        axis: usize,
         rays: &Halves<LevelRays<I::F64>>,
         block: &TriangleBlock<f64>,
         lane: usize,
         active: PacketMask<I>,
     ) -> (PacketMask<I>, Halves<I::F64>) {
         let active = I::split(active);
-        let (hit_low, t_low) = prepared[0].one(block, lane, active.0);
-        let (hit_high, t_high) = prepared[1].one(block, lane, active.1);
+        let (hit_low, t_low) = intersect_one(&prepared[0], axis, block, lane, active.0);
+        let (hit_high, t_high) = intersect_one(&prepared[1], axis, block, lane, active.1);
         (
             I::join(hit_low, hit_high),
             [from_level(&rays[0], t_low), from_level(&rays[1], t_high)],
@@ -298,10 +314,12 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
 /// One ray in every lane, made ready for the triangles of a mesh.
 #[inline(always)]
 pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>) -> TriangleRays<L> {
-    TriangleRays::new(
-        each!(ray.origin, |x| L::splat(L::Scalar::from_f64(x))),
-        each!(ray.direction, |x| L::splat(L::Scalar::from_f64(x))),
-    )
+    TriangleRays::new(&RayLanes {
+        o: each!(ray.origin, |x| L::splat(L::Scalar::from_f64(x))),
+        d: each!(ray.direction, |x| L::splat(L::Scalar::from_f64(x))),
+        t_min: L::zero(),
+        t_max: L::zero(),
+    })
 }
 
 /// Crossings of one ray with the triangles of a block, given to `found` with the triangle's
@@ -316,12 +334,17 @@ pub fn intersect_block<L: Lanes>(
     mut found: impl FnMut(usize, f64),
 ) {
     let (t_min, t_max) = single_interval(ray, t_min, t_max);
-    let prepared = prepared.within((L::splat(t_min), L::splat(t_max)));
+    let mut prepared = *prepared;
+    prepared.look_within(L::splat(t_min), L::splat(t_max));
+    let axis = prepared.axis();
+    let [i, j, k] = turned(axis);
     for first in (0..block.len as usize).step_by(L::WIDTH) {
-        let corners = each!(&block.corners, |corner| each!(corner, |axis| L::load(
-            &axis[first..]
-        )));
-        let (hit, t) = intersect_triangle(&prepared.ray, &prepared.shear, corners, Mask::full());
+        let corners = each!(&block.corners, |corner| [
+            L::load(&corner[i][first..]),
+            L::load(&corner[j][first..]),
+            L::load(&corner[k][first..]),
+        ]);
+        let (hit, t) = prepared.intersect(axis, corners, Mask::full());
         let mut hit = hit.bits();
         if hit == 0 {
             continue;

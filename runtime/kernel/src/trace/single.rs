@@ -1,12 +1,13 @@
 //! One ray at a time, against eight boxes at a time.
 use super::Nearest;
 use super::level::{Content, Target};
-use super::precision::{Precision, TriangleRays, block_ray, intersect_block, intersect_shape};
+use super::precision::{Precision, block_ray, intersect_block, intersect_shape};
 use crate::bvh::{Child, LARGEST_LEAF, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, each};
 use crate::ray::Ray;
 use crate::scene::{Geometry, Group, InstanceBlock, Mesh, Scene};
+use crate::shapes::TriangleRays;
 
 /// A node or leaf to be visited, and where the ray enters its box.
 #[derive(Clone, Copy)]

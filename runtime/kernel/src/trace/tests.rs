@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::{Bundling, Nearest, Precision};
 use crate::lanes::InstructionSet;
-use crate::ray::{Hit, Ray, Trace};
+use crate::ray::{Found, FoundColumns, Hit, Ray, Rays, Trace};
 use crate::scene::{Affine, Scene, SceneArrays};
 
 /// One-level scenes of instances of a sphere, a box, a plane and a mesh.
@@ -81,32 +81,41 @@ fn scene<F: Precision>(arrays: SceneArrays, set: InstructionSet) -> Scene<F> {
     Scene::new(arrays, set).unwrap()
 }
 
-fn nearest<F: Precision>(scene: &Scene<F>, rays: &[Ray], bundling: Bundling) -> Vec<Nearest> {
-    struct Found(Vec<Nearest>);
-    impl<F: Precision> super::Answers<F> for &mut Found {
-        fn set(&mut self, _: &Scene<F>, i: usize, _: &Ray, nearest: Nearest) {
-            assert_eq!(i, self.0.len());
-            self.0.push(nearest);
-        }
-    }
-    let mut found = Found(Vec::new());
-    scene.batch::<false>(rays, bundling, &mut found);
-    found.0
+fn found<F: Precision>(scene: &Scene<F>, rays: Rays, bundling: Bundling) -> Vec<Found> {
+    let n = rays.len();
+    let (mut t, mut instance, mut primitive) = (vec![0.0; n], vec![0; n], vec![0; n]);
+    let columns = FoundColumns {
+        t: &mut t,
+        instance: &mut instance,
+        primitive: &mut primitive,
+    };
+    scene.batch(rays, bundling, columns);
+    (0..n)
+        .map(|i| Found {
+            t: t[i],
+            instance: instance[i],
+            primitive: primitive[i],
+        })
+        .collect()
 }
 
 /// Each instance in a scene of its own, the best taken.
-fn brute_force<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) -> Vec<Nearest> {
+fn brute_force<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) -> Vec<Found> {
     let mut best: Vec<Nearest> = rays.iter().map(|ray| Nearest::none(ray.t_max)).collect();
     for (leaf, instance) in instances.iter().enumerate() {
         let alone = arrays(std::slice::from_ref(instance), unit);
         let alone = scene::<F>(alone, InstructionSet::Portable);
-        for (best, found) in best.iter_mut().zip(nearest(&alone, rays, Bundling::Never)) {
-            if found.leaf == 0 {
-                best.offer(found.t, leaf as i64, found.triangle);
+        let found = found(&alone, Rays::Records(rays), Bundling::Never);
+        for (best, found) in best.iter_mut().zip(found) {
+            if found.instance == 0 {
+                best.offer(found.t, leaf as i64, found.primitive);
             }
         }
     }
-    best
+    best.iter()
+        .zip(rays)
+        .map(|(best, ray)| best.found(ray))
+        .collect()
 }
 
 fn check<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) {
@@ -114,13 +123,25 @@ fn check<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) {
     for set in InstructionSet::available() {
         let scene = scene::<F>(arrays(instances, unit), set);
         for bundling in [Bundling::Never, Bundling::Always, Bundling::Coherent] {
-            let found = nearest(&scene, rays, bundling);
-            assert_eq!(found, expected, "{} {bundling:?}", set.name());
+            let name = set.name();
+            let columns = Rays::Columns {
+                origins: &rays.iter().map(|ray| ray.origin).collect::<Vec<_>>(),
+                directions: &rays.iter().map(|ray| ray.direction).collect::<Vec<_>>(),
+                t_min: &[0.0],
+                t_max: &rays.iter().map(|ray| ray.t_max).collect::<Vec<_>>(),
+            };
+            for rays in [Rays::Records(rays), columns] {
+                assert_eq!(
+                    found(&scene, rays, bundling),
+                    expected,
+                    "{name} {bundling:?}"
+                );
+                let mut occluded = vec![false; rays.len()];
+                scene.batch(rays, bundling, occluded.as_mut_slice());
+                let expected: Vec<bool> = expected.iter().map(|hit| hit.instance >= 0).collect();
+                assert_eq!(occluded, expected, "{name} {bundling:?}");
+            }
         }
-        let mut occluded = vec![false; rays.len()];
-        scene.occluded(rays, &mut occluded);
-        let expected: Vec<bool> = expected.iter().map(|nearest| nearest.leaf >= 0).collect();
-        assert_eq!(occluded, expected, "{}", set.name());
     }
 }
 
@@ -233,7 +254,7 @@ fn coherent_rays_are_bundled_and_others_are_not() {
         impl Task for Coherent<'_> {
             type Output = bool;
             fn run<I: Isa>(self) -> bool {
-                super::RayColumns::<I>::new(self.0).are_coherent(&self.1)
+                super::RayColumns::<I>::new(super::Rays::Records(self.0), 0).are_coherent(&self.1)
             }
         }
         dispatch(scene.set, Coherent(rays, scene.groups[0].tree.space))
@@ -250,7 +271,7 @@ fn coherent_rays_are_bundled_and_others_are_not() {
     let apart = [
         rays[0],
         Ray {
-            origin: [5.0, 0.0, 9.0],
+            origin: [15.0, 0.0, 9.0],
             ..rays[0]
         },
     ];

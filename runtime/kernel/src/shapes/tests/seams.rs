@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::harness::{Precision, Ray, bevel, trace_everywhere, wedge_limit};
 use crate::lanes::{InstructionSet, Isa, Lanes, Mask, Task, dispatch};
 use crate::shapes::signed_distance::signed_distance;
-use crate::shapes::{RayLanes, Shape, ShapeKind, Shear, intersect_triangle};
+use crate::shapes::{RayLanes, Shape, ShapeKind, TriangleRays};
 
 /// The point of azimuth φ (degrees) and radius ρ.
 fn polar(rho: f64, phi: f64, y: f64) -> [f64; 3] {
@@ -175,12 +175,9 @@ impl Task for Fan<'_> {
                 t_min: I::F32::zero(),
                 t_max: I::F32::splat(f32::INFINITY),
             };
-            let shear = Shear::new(d);
+            let prepared = TriangleRays::new(&ray);
             let hit = self.triangles.iter().fold(0, |hit, corners| {
-                let corners = corners.map(|p| p.map(I::F32::splat));
-                hit | intersect_triangle(&ray, &shear, corners, Mask::full())
-                    .0
-                    .bits()
+                hit | prepared.intersect_any_axis(corners, Mask::full()).0.bits()
             });
             hits.extend((0..rays.len()).map(|i| hit >> i & 1 != 0));
         }

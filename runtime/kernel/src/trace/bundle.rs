@@ -1,0 +1,243 @@
+//! A packet in the space of one tree: as one against the boxes of nodes, each ray for itself
+//! against those of leaves.
+use super::frustum::{Frustum, greatest, least};
+use super::precision::{Halves, PacketMask};
+use crate::bvh::{Child, Node, NodeRay, WIDTH};
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Lanes, Mask, axes};
+use crate::scene::InstanceBlock;
+
+/// A child to be visited, and where the first ray enters its box.
+#[derive(Clone, Copy)]
+pub struct Entry {
+    near: f32,
+    child: Child,
+    /// Its node and its place there, for the rays to be tested with its box; or [`Entry::UNTESTED`].
+    place: u32,
+    /// The rays that may meet it, as bits.
+    rays: u32,
+}
+
+/// A packet that as a whole meets more of a node's children than this is not narrow: its rays are
+/// then tested with the boxes of nodes too, not only with those of leaves.
+const NARROW: usize = 2;
+
+impl Entry {
+    const UNTESTED: u32 = u32::MAX;
+
+    /// An instance that all rays are to be tested with.
+    #[inline(always)]
+    pub fn unbounded(number: u32) -> Entry {
+        Entry {
+            near: f32::NEG_INFINITY,
+            child: Child::item(number),
+            place: Entry::UNTESTED,
+            rays: u32::MAX,
+        }
+    }
+}
+
+/// Brings the nearest of some entries to the end: by insertion, for there seldom are more than
+/// three.
+#[inline(always)]
+fn sort(entries: &mut [Entry]) {
+    for i in 1..entries.len() {
+        let mut j = i;
+        while j > 0 && entries[j].near > entries[j - 1].near {
+            entries.swap(j, j - 1);
+            j -= 1;
+        }
+    }
+}
+
+/// The rays in the tree's space.
+pub struct Bundle<I: Isa> {
+    node_ray: NodeRay<I::F32>,
+    frustum: Frustum<I::F32UpTo8>,
+    /// The tree's parameter of world t is (t − start)·per_rate.
+    start: Halves<I::F64>,
+    per_rate: Halves<I::F64>,
+    after: I::F32,
+    before: I::F32,
+    /// The least of `after` and the greatest of `before` of the rays that still count.
+    earliest: f32,
+    latest: f32,
+}
+
+impl<I: Isa> Bundle<I> {
+    /// Rays whose world t is start + τ/per_rate, looked for hits in the world's interval.
+    #[inline(always)]
+    pub fn new(
+        origin: [I::F32; 3],
+        direction: [I::F32; 3],
+        start: Halves<I::F64>,
+        per_rate: Halves<I::F64>,
+        interval: [&Halves<I::F64>; 2],
+        active: PacketMask<I>,
+    ) -> Bundle<I> {
+        let node_ray = NodeRay::new(origin, direction);
+        let mut bundle = Bundle {
+            node_ray,
+            frustum: Frustum::new(origin, node_ray.inverse(), active),
+            start,
+            per_rate,
+            after: I::F32::zero(),
+            before: I::F32::zero(),
+            earliest: 0.0,
+            latest: 0.0,
+        };
+        bundle.after = bundle.to_tree(interval[0]);
+        bundle.earliest = least(bundle.after, active);
+        bundle.restrict(interval[1], active);
+        bundle
+    }
+
+    /// Of rays that enter a mesh, whose space is theirs.
+    #[inline(always)]
+    pub fn of_mesh(
+        rays: &Halves<LevelRays<I::F64>>,
+        interval: [&Halves<I::F64>; 2],
+        active: PacketMask<I>,
+    ) -> Bundle<I> {
+        Bundle::new(
+            axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
+            axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
+            [rays[0].start, rays[1].start],
+            [rays[0].per_rate, rays[1].per_rate],
+            interval,
+            active,
+        )
+    }
+
+    #[inline(always)]
+    fn to_tree(&self, t: &Halves<I::F64>) -> I::F32 {
+        I::narrow(
+            (t[0] - self.start[0]) * self.per_rate[0],
+            (t[1] - self.start[1]) * self.per_rate[1],
+        )
+    }
+
+    /// Draws in the far end of the rays to their nearest hits; `active` still count.
+    #[inline(always)]
+    pub fn restrict(&mut self, t_max: &Halves<I::F64>, active: PacketMask<I>) {
+        self.before = self.to_tree(t_max);
+        self.latest = greatest(self.before, active);
+    }
+
+    /// Pushes the children of a node that the packet as a whole meets, the nearest on top.
+    #[inline(always)]
+    pub fn visit_node(&self, nodes: &[Node], index: u32, stack: &mut Vec<Entry>) {
+        type N<I> = <I as Isa>::F32UpTo8;
+        let node = &nodes[index as usize];
+        let base = stack.len();
+        for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
+            let (mut met, near) = self.frustum.meets(node, first, self.earliest, self.latest);
+            if met == 0 {
+                continue;
+            }
+            let mut nears = [0.0; WIDTH];
+            near.store(&mut nears);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                stack.push(Entry {
+                    near: nears[lane],
+                    child: node.children[first + lane],
+                    place: index * WIDTH as u32 + (first + lane) as u32,
+                    rays: u32::MAX,
+                });
+            }
+        }
+        if stack.len() - base <= NARROW {
+            for entry in &mut stack[base..] {
+                if entry.child.is_node() {
+                    entry.place = Entry::UNTESTED;
+                }
+            }
+        }
+        sort(&mut stack[base..]);
+    }
+
+    /// Pushes the instances of a block that any of the rays in `active` may hit, the nearest on top.
+    /// The rays are given by origin and direction in the tree's space.
+    #[inline(always)]
+    pub fn visit_block(
+        &self,
+        block: &InstanceBlock,
+        [origin, direction]: [[I::F32; 3]; 2],
+        active: PacketMask<I>,
+        stack: &mut Vec<Entry>,
+    ) {
+        let base = stack.len();
+        for i in 0..block.len as usize {
+            let (near, far) = block.interval_of(i, origin, direction);
+            let met = near.le(far) & near.le(self.before) & self.after.le(far) & active;
+            if met.any() {
+                stack.push(Entry {
+                    near: least(near, met),
+                    child: Child::item(block.instances[i]),
+                    place: Entry::UNTESTED,
+                    rays: met.bits(),
+                });
+            }
+        }
+        sort(&mut stack[base..]);
+    }
+
+    /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
+    /// of the stack.
+    #[inline(always)]
+    pub fn next_leaf(
+        &self,
+        nodes: &[Node],
+        stack: &mut Vec<Entry>,
+        base: usize,
+        active: PacketMask<I>,
+    ) -> Option<(Child, PacketMask<I>)> {
+        while stack.len() > base {
+            let Some(entry) = stack.pop() else { break };
+            if entry.near > self.latest {
+                continue;
+            }
+            let met = if entry.place == Entry::UNTESTED {
+                active & Mask::from_bits(entry.rays)
+            } else {
+                let place = entry.place as usize;
+                active & self.meets(&nodes[place / WIDTH], place % WIDTH)
+            };
+            if !met.any() {
+                continue;
+            }
+            if !entry.child.is_node() {
+                return Some((entry.child, met));
+            }
+            self.visit_node(nodes, entry.child.number(), stack);
+        }
+        None
+    }
+
+    /// Which rays meet child `i` of a node.
+    #[inline(always)]
+    fn meets(&self, node: &Node, i: usize) -> PacketMask<I> {
+        let planes = &node.planes;
+        let (entry, exit) = match self.frustum.agreed() {
+            Some(rows) => (
+                axes!(|axis| I::F32::splat(planes[rows[axis]][i])),
+                axes!(|axis| I::F32::splat(planes[2 * axis + 3 - rows[axis]][i])),
+            ),
+            None => {
+                let [lower, upper]: [[I::F32; 3]; 2] = [
+                    axes!(|axis| I::F32::splat(planes[axis][i])),
+                    axes!(|axis| I::F32::splat(planes[axis + 3][i])),
+                ];
+                let down = self.node_ray.descending();
+                (
+                    axes!(|j| I::F32::select(down[j], upper[j], lower[j])),
+                    axes!(|j| I::F32::select(down[j], lower[j], upper[j])),
+                )
+            }
+        };
+        let (near, far) = self.node_ray.interval(entry, exit, self.after, self.before);
+        near.le(far)
+    }
+}
