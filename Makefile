@@ -59,5 +59,5 @@ memcheck:  ## The kernel's unsafe parts under valgrind
 	  test --lib -- trace:: lanes:: --test-threads=1
 
 .PHONY: bench
-bench: install  ## Measure speed and accuracy; records go to benchmarks/record
-	@$(RUN) python -m benchmarks
+bench: install  ## Measure speed beside the peers; records go to benchmarks/records
+	@$(RUN) python -m benchmarks --record

@@ -1,170 +1,178 @@
 """Rays per second on batches given as arrays, beside the peers in the same run.
 
-Rates are CPU seconds over threads, so that a machine shared with others does not blur them. Every
-answer (the number of hits) is checked against the reference before its time counts.
+Every answer is checked before its time counts: ours against the reference interpreter on some of
+the rays (or, where that is too slow, against our float64), the peers' against ours.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import statistics
-import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks import scenes
+from benchmarks import embree, scenes
+from benchmarks.rays import RAY_KINDS, Batch, RayKind, batches
+from benchmarks.record import Figure
 from compiler.flatten import flatten
+from compiler.ir import SceneIR
 from dsl.scene import FloatArray, Precision, SceneGraph
+from runtime.reference import ReferenceTracer
 from runtime.tracer import Tracer
 
-RAYS = 3200 * 3128
-"""Rays of a batch: large enough that neither caches nor start-up count."""
+P = ParamSpec("P")
+T = TypeVar("T")
 
-
-@dataclass(frozen=True, slots=True)
-class Rate:
-    """One figure: `mrays` million rays per second and thread, `hits` of the batch that hit."""
-
-    scene: str
-    rays: str
-    query: str
-    who: str
-    threads: int
-    mrays: float
-    hits: int
+RAYS = 1 << 20
+"""Rays of a batch: large enough that start-up does not count."""
+CHECKED = 32
+"""Rays that the interpreter, which takes milliseconds for each and leaf, has to answer."""
+DECIDABLE = 2e-4
+"""The part of the rays that may hit by one arithmetic and miss by another."""
+PEER_DECIDABLE = 2e-3
+"""The same for who rounds in world space, or has triangles in place of bevelled wedges."""
 
 
 @dataclass(frozen=True, slots=True)
 class Workload:
-    """A scene with a view, and what the Embree driver calls them."""
+    """A scene with a view; `peer` is the same for who has only spheres and triangles."""
 
     name: str
     make: Callable[[], SceneGraph]
     view: scenes.View
-    peer_scene: str
-    peer_geometry: str
+    peer: Callable[[], SceneGraph] | None = None
+    kinds: tuple[RayKind, ...] = RAY_KINDS
+    interpreted: bool = False
+    """Whether the interpreter can trace it within seconds."""
+
+
+def _igloo(triangles: bool) -> Callable[[], SceneGraph]:
+    return lambda: scenes.igloo(triangles=triangles)
+
+
+_MESHES = _igloo(True)
+
+
+def _cloud(count: int, triangles: bool) -> Callable[[], SceneGraph]:
+    return lambda: scenes.cloud(count, triangles=triangles)
+
+
+_SPHERES, _CLOUD_OF_MESHES = _cloud(10**6, False), _cloud(10**6, True)
+
+
+def _large(view: scenes.View) -> scenes.View:
+    return view.resized(3200, 3128)
 
 
 WORKLOADS = (
-    Workload("s1", scenes.ellipsoids, scenes.S1_VIEW.resized(3200, 3128), "s1", "user-inst"),
-    Workload(
-        "s2-triangles",
-        lambda: scenes.igloo(triangles=True),
-        scenes.S2_VIEW.resized(3200, 3128),
-        "s2",
-        "tri-inst",
-    ),
-    Workload(
-        "s2-wedges",
-        lambda: scenes.igloo(triangles=False),
-        scenes.S2_VIEW.resized(3200, 3128),
-        "s2",
-        "tri-inst",
-    ),
-)
+    Workload("ellipsoids", scenes.ellipsoids, _large(scenes.S1_VIEW), scenes.ellipsoids,
+             interpreted=True),
+    Workload("igloo wedges", _igloo(False), _large(scenes.S2_VIEW), _MESHES),
+    Workload("igloo meshes", _MESHES, _large(scenes.S2_VIEW), _MESHES),
+    Workload("10⁶ spheres", _SPHERES, scenes.S4_VIEW, _SPHERES,
+             ("camera", "bounce")),
+    Workload("10⁶ meshes", _CLOUD_OF_MESHES, scenes.S4_VIEW, _CLOUD_OF_MESHES,
+             ("camera", "bounce")),
+    Workload("10⁹ nested", scenes.nested, scenes.S5_VIEW, kinds=("camera", "bounce")),
+    Workload("rough ball", scenes.rough_ball, _large(scenes.BALL_VIEW), scenes.rough_ball),
+    Workload("soup", scenes.soup, scenes.SOUP_VIEW, interpreted=True),
+)  # fmt: skip
 
 
 def measure(
     workloads: Iterable[Workload],
-    precision: Precision = "float32",
+    precisions: Iterable[Precision],
     threads: int = 1,
     repeat: int = 3,
     rays: int = RAYS,
-) -> Iterator[Rate]:
-    """Our rates and Embree's, alternating, for every workload, kind of rays and query."""
+) -> Iterator[Figure]:
+    """Builds and rates of ours and of the peers, alternating, by kind of rays and query."""
     for load in workloads:
-        tracer = prepared(load.make(), precision, threads)
-        origins, directions = load.view.rays()
-        batches = {
-            "camera": thinned(origins, directions, rays),
-            "bounce": bounce(tracer, origins, directions, rays),
-        }
-        for kind, (o, d) in batches.items():
-            for query in ("closest", "any"):
-                ours, theirs = [], []
-                hits = 0
-                for _ in range(repeat):
-                    seconds, hits = _ours(tracer, o, d, query)
-                    ours.append(seconds / threads)
-                    peer = embree(load, kind, query, threads)
-                    if peer is not None:
-                        theirs.append(peer)
-                ovolo = len(o) / statistics.median(ours) * 1e-6
-                yield Rate(load.name, kind, query, f"ovolo {precision}", threads, ovolo, hits)
-                for kernel in {p.who for p in theirs}:
-                    same = [p for p in theirs if p.who == kernel]
-                    yield sorted(same, key=lambda p: p.mrays)[len(same) // 2]
+        graph = load.make()
+        ir = compiled(graph)
+        tracers: dict[Precision, Tracer] = {}
+        for precision in precisions:
+            seconds, tracers[precision] = timed(Tracer, ir, precision, threads=threads)
+            yield Figure(load.name, "build", f"ovolo {precision}", threads, seconds / threads, "s")
+        peer = None
+        if load.peer is not None and embree.driver() is not None:
+            peer = embree.Embree(ir if load.peer is load.make else compiled(load.peer()))
+        judge = tracers.get("float64") or Tracer(ir, "float64", threads=threads)
+        for kind, batch in batches(judge, load.view, rays, load.kinds):
+            expected = judge.trace(*batch)
+            if load.interpreted:
+                rate = interpreted(graph, batch, expected.t)
+                yield Figure(load.name, f"{kind} closest", "interpreter", 1, rate, "Mrays/s")
+            yield from _compared(load, kind, batch, expected.hit, tracers, peer, threads, repeat)
+        if peer is not None:
+            yield Figure(load.name, "build", "embree", threads, peer.build / threads, "s")
+
+
+def _compared(
+    load: Workload,
+    kind: RayKind,
+    rays: Batch,
+    expected: NDArray[np.bool_],
+    tracers: dict[Precision, Tracer],
+    peer: embree.Embree | None,
+    threads: int,
+    repeat: int,
+) -> Iterator[Figure]:
+    count = len(rays.origins)
+    theirs = {} if peer is None else peer.rates(rays, threads, repeat)
+    for query in ("closest", "any"):
+        for precision, tracer in tracers.items():
+            best = np.inf
+            for _ in range(repeat):
+                if query == "closest":
+                    seconds, hits = timed(tracer.trace, *rays, copy=False)
+                    hit = hits.hit
+                else:
+                    seconds, hit = timed(tracer.occluded, *rays)
+                best = min(best, seconds / threads)
+            wrong = np.count_nonzero(hit != expected)
+            assert wrong <= DECIDABLE * count, f"{load.name} {kind} {query}: {wrong} wrong answers"
+            ratio = theirs[query][0] / best if query in theirs else None
+            who = f"ovolo {precision}"
+            yield Figure(
+                load.name, f"{kind} {query}", who, threads, count / best * 1e-6, "Mrays/s", ratio
+            )
+        if query in theirs:
+            seconds, found = theirs[query]
+            right = int(np.count_nonzero(expected))
+            assert abs(found - right) <= PEER_DECIDABLE * count, (
+                f"{load.name} {kind}: {found} hits, not {right}"
+            )
+            rate = count / seconds * 1e-6
+            yield Figure(load.name, f"{kind} {query}", "embree", threads, rate, "Mrays/s")
+
+
+def interpreted(graph: SceneGraph, rays: Batch, t: FloatArray) -> float:
+    """The interpreter's rate on some of the rays, for which it must find the same hits."""
+    some = np.arange(CHECKED) * (len(t) // CHECKED)
+    reference = Tracer.over(ReferenceTracer(graph))
+    seconds, found = timed(reference.trace, rays.origins[some], rays.directions[some])
+    np.testing.assert_allclose(t[some], found.t, rtol=1e-9)
+    return CHECKED / seconds * 1e-6
+
+
+def compiled(graph: SceneGraph) -> SceneIR:
+    """The IR of a benchmark scene, which names no files and has no faults."""
+    ir = flatten(graph, lambda file: (None, [])).ir
+    assert ir is not None
+    return ir
 
 
 def prepared(graph: SceneGraph, precision: Precision = "float32", threads: int = 1) -> Tracer:
-    """A tracer of a benchmark scene, which names no files and has no faults."""
-    ir = flatten(graph, lambda file: (None, [])).ir
-    assert ir is not None
-    return Tracer(ir, precision, threads=threads)
+    """A tracer of a benchmark scene."""
+    return Tracer(compiled(graph), precision, threads=threads)
 
 
-def thinned(
-    origins: FloatArray, directions: FloatArray, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """About `count` of the rays: whole tiles of 16, evenly over the picture."""
-    tiles = len(origins) // 16
-    chosen = np.arange(min(count // 16, tiles)) * tiles // max(min(count // 16, tiles), 1)
-    rows = (chosen[:, None] * 16 + np.arange(16)).ravel()
-    return origins[rows], directions[rows]
-
-
-def bounce(
-    tracer: Tracer, origins: FloatArray, directions: FloatArray, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Cosine-distributed rays from the first hits, cycled until there are `count`."""
-    hits = tracer.trace(origins, directions)
-    hit = np.flatnonzero(hits.hit)
-    hit = hit[np.arange(count) * len(hit) // count]
-    normal = hits.normal[hit]
-    normal = np.where(np.sum(normal * directions[hit], 1, keepdims=True) > 0, -normal, normal)
-    random = np.random.default_rng(12345)
-    around = random.normal(size=(count, 3))
-    around /= np.linalg.norm(around, axis=1, keepdims=True)
-    out = normal + around * (1 - 1e-9)
-    out /= np.linalg.norm(out, axis=1, keepdims=True)
-    start = hits.position[hit] + 1e-3 * normal
-    return _rounded(start), _rounded(out)
-
-
-def _rounded(a: FloatArray) -> FloatArray:
-    """Values a float32 peer can read exactly."""
-    return a.astype(np.float32).astype(np.float64)
-
-
-def _ours(tracer: Tracer, o: FloatArray, d: FloatArray, query: str) -> tuple[float, int]:
+def timed(work: Callable[P, T], *given: P.args, **named: P.kwargs) -> tuple[float, T]:
+    """CPU seconds of all threads that `work` takes with these arguments, and what comes of it."""
     start = time.process_time()
-    if query == "closest":
-        count = int(np.count_nonzero(tracer.trace(o, d).instance >= 0))
-    else:
-        count = int(np.count_nonzero(tracer.occluded(o, d)))
-    return time.process_time() - start, count
-
-
-def embree(load: Workload, kind: str, query: str, threads: int) -> Rate | None:
-    """The best of Embree's kernels through `../shared/peers`, or None where it is not built."""
-    folder = os.environ.get("PEER_WORK")
-    program = Path(folder or ".") / "embree_bench4"
-    rays = Path(folder or ".") / f"{load.peer_scene}_{'cam' if kind == 'camera' else 'inc'}.rays"
-    if folder is None or not program.exists() or not rays.exists():
-        return None
-    command = [
-        str(program), "--scene", load.peer_scene, "--geom", load.peer_geometry,
-        "--rays", rays.name, "--coherent", "1" if kind == "camera" else "0",
-        "--threads", str(threads), "--reps", "1",
-    ]  # fmt: skip
-    output = subprocess.run(command, capture_output=True, text=True, timeout=600, check=True).stdout
-    lines = [json.loads(line) for line in output.splitlines() if '"mrays"' in line]
-    best = max((line for line in lines if line["query"] == query), key=lambda line: line["mrays"])
-    return Rate(
-        load.name, kind, query, "embree 4", threads, float(best["mrays"]), int(best["hits"])
-    )
+    result = work(*given, **named)
+    return time.process_time() - start, result

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dsl.scene import (
+    Camera,
     FloatArray,
     Group,
     Instances,
@@ -45,33 +46,51 @@ class View:
         """The same view in another resolution."""
         return replace(self, width=width, height=height)
 
-    def rays(self) -> tuple[FloatArray, FloatArray]:
-        """Origins and unit directions, `(n, 3)` each, 16 consecutive rays to a tile."""
-        eye = np.array(self.eye)
-        forward = _unit(np.array(self.at) - eye)
+    def frame(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """From the eye to the middle of the picture, and half its width and height from there."""
+        forward = _unit(np.array(self.at) - np.array(self.eye))
         right = _unit(np.cross(forward, np.array(self.up)))
-        above = np.cross(right, forward)
-        y, x = np.mgrid[0 : self.height, 0 : self.width]
-        x, y = (
-            a.reshape(self.height // 4, 4, self.width // 4, 4).transpose(0, 2, 1, 3).reshape(-1, 1)
-            for a in (x, y)
-        )
         tall = math.tan(math.radians(self.fov) / 2)
-        wide = tall * self.width / self.height
+        above = np.cross(right, forward)
+        return forward, right * tall * self.width / self.height, above * tall
+
+    def camera(self) -> Node:
+        """The camera of this view."""
+        forward, right, above = (_unit(v) for v in self.frame())
+        matrix = np.stack([right, above, -forward, np.array(self.eye, float)], 1)
+        height = 2 * math.tan(math.radians(self.fov) / 2)
+        place = Transform((_step(StepKind.MATRIX, *matrix.ravel()),))
+        return Instances(Camera("perspective", height), place)
+
+    def rays(self, count: int | None = None) -> tuple[FloatArray, FloatArray]:
+        """Origins and unit directions, `(n, 3)` each, 16 consecutive rays to a tile.
+
+        All, or about `count` of them: whole tiles, evenly over the picture.
+        """
+        columns = self.width // 4
+        tiles = columns * (self.height // 4)
+        kept = tiles if count is None else max(min(count // 16, tiles), 1)
+        tile = (np.arange(kept) * tiles // kept)[:, None]
+        place = np.arange(16)
+        x = (tile % columns * 4 + place % 4).reshape(-1, 1)
+        y = (tile // columns * 4 + place // 4).reshape(-1, 1)
+        forward, right, above = self.frame()
         directions = (
             forward
-            + ((2 * x + 1) / self.width - 1) * wide * right
-            + (1 - (2 * y + 1) / self.height) * tall * above
+            + ((2 * x + 1) / self.width - 1) * right
+            + (1 - (2 * y + 1) / self.height) * above
         )
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         # The peers read float32 rays; the same values go to everybody.
         directions = directions.astype(np.float32).astype(np.float64)
-        return np.broadcast_to(eye, directions.shape).copy(), directions
+        return np.broadcast_to(np.array(self.eye, float), directions.shape).copy(), directions
 
 
 S1_VIEW = View((24, 20, 36), (0, 0, 0), (0, 1, 0), 36, 1024, 1024)
 S2_VIEW = View((9, -7, 5), (0, 0, 1.2), (0, 0, 1), 36, 512, 512)
 S4_VIEW = View((260, 190, 330), (0, 0, 0), (0, 1, 0), 36, 1024, 1024)
+BALL_VIEW = View((16, 11, 22), (0, 0, 0), (0, 1, 0), 36, 1024, 1024)
+SOUP_VIEW = View((26, 19, 33), (0, 0, 0), (0, 1, 0), 36, 1024, 1024)
 S5_VIEW = View((26, 19, 33), (0, 0, 0), (0, 1, 0), 36, 1024, 1024)
 
 
@@ -187,10 +206,10 @@ def _welded(points: FloatArray, faces: IntArray) -> IntArray:
     return kept
 
 
-def cloud(count: int, *, triangles: bool) -> SceneGraph:
+def cloud(count: int, *, triangles: bool, extent: float = 100.0) -> SceneGraph:
     """S4: randomly turned and stretched spheres, or 1 280-triangle meshes, in a cube."""
     child: Node = icosphere(3) if triangles else SPHERE
-    return SceneGraph(_scattered(child, count, 100.0, 0.25, 0.75, 4), "cloud")
+    return SceneGraph(_scattered(child, count, extent, 0.25, 0.75, 4), "cloud")
 
 
 def nested() -> SceneGraph:
@@ -199,6 +218,42 @@ def nested() -> SceneGraph:
     for level in (2, 1):
         leaf = _scattered(leaf, 1000, 1.0, 0.025, 0.075, 50 + level)
     return SceneGraph(_scattered(leaf, 1000, 10.0, 0.25, 0.75, 50), "nested")
+
+
+def rough_ball(cells: int = 725) -> SceneGraph:
+    """One mesh of 2·cells² triangles (1 051 250): a ball with waves, open at two points."""
+    u, v = np.mgrid[0 : cells + 1, 0 : cells + 1] / cells
+    azimuth, polar = 2 * np.pi * u, np.pi * (0.001 + 0.998 * v)
+    radius = 10 * (1 + 0.05 * np.sin(9 * azimuth) * np.sin(7 * polar) + 0.01 * np.sin(97 * polar))
+    points = radius[..., None] * np.stack(
+        [np.sin(polar) * np.cos(azimuth), np.cos(polar), np.sin(polar) * np.sin(azimuth)], -1
+    )
+    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    quad = np.stack([corner, corner + 1, corner + cells + 2, corner + cells + 1], 1)
+    faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
+    return SceneGraph(Mesh(points.reshape(-1, 3), faces), "rough ball")
+
+
+SOUP: tuple[Node, ...] = (
+    SPHERE,
+    Shape(ShapeKind.BOX, (-1.0, -0.6, -0.8, 1.0, 0.6, 0.8, 0.15)),
+    Shape(ShapeKind.BOX, (-0.7, -0.7, -0.7, 0.7, 0.7, 0.7, 0.0)),
+    Shape(ShapeKind.CYLINDER, (0.8, -0.9, 0.9, 0.2)),
+    Shape(ShapeKind.CONE, (0.9, 1.6, 0.1)),
+    Shape(ShapeKind.TORUS, (0.8, 0.3)),
+    Shape(ShapeKind.RING, (0.5, 1.0, -0.4, 0.4, 0.1)),
+    Shape(ShapeKind.WEDGE, (0.5, 1.2, -0.5, 0.5, 0.0, 110.0, 0.1)),
+    Shape(ShapeKind.DISC, (1.0,)),
+    Shape(ShapeKind.RECTANGLE, (1.4, 1.0)),
+    Shape(ShapeKind.TRIANGLE, (-1.0, 0.0, -1.0, 1.0, 0.2, -0.6, 0.0, 0.0, 1.0)),
+)
+
+
+def soup(count: int = 550) -> SceneGraph:
+    """As many instances of every shape, some with bevels, at random in a cube."""
+    each = count // len(SOUP)
+    parts = (_scattered(shape, each, 10.0, 0.3, 0.9, 70 + i) for i, shape in enumerate(SOUP))
+    return SceneGraph(Group(tuple(parts)), "soup")
 
 
 def icosphere(subdivisions: int) -> Mesh:
