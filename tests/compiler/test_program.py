@@ -29,7 +29,7 @@ def has_mesh(node: Node) -> bool:
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_random_scenes_come_back_as_they_were(seed: int) -> None:
     graph = random_scene(seed)
     scene = compiled(graph)

@@ -155,7 +155,7 @@ def darts(made: Cage, count: int) -> np.ndarray:
     return np.asarray(found)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(shapes(), st.data())
 def test_every_refinement_ends_at_the_same_points(shape: Any, data: Any) -> None:
     """The limit rules undo the rules of refinement, whatever is sharp and for how long."""
@@ -172,7 +172,7 @@ def test_every_refinement_ends_at_the_same_points(shape: Any, data: Any) -> None
     np.testing.assert_allclose(two.points[exact], four.points[: len(two.points)][exact], atol=1e-12)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(shapes(), st.integers(0, 10**6))
 def test_surfaces_move_with_their_cages(shape: Any, seed: int) -> None:
     counts, corners, points = shape

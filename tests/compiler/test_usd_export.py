@@ -50,7 +50,7 @@ def assert_same(scene: Compilation, back: SceneIR, rays: Any) -> None:
 
 
 @given(st.integers(0, 10**9), st.sampled_from([2, 4, 16]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_random_scenes_come_back_as_they_were(seed: int, many: int) -> None:
     scene = compiled(random_scene(seed))
     back = there_and_back(scene, ExportOptions(many=many, tolerance=None))
@@ -193,7 +193,7 @@ SOLIDS = [k for k in ShapeKind if k not in (ShapeKind.SPHERE, ShapeKind.RECTANGL
 
 
 @given(st.sampled_from(SOLIDS), st.integers(0, 10**9))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_fallback_meshes_lie_on_their_solid(kind: ShapeKind, seed: int) -> None:
     shape = random_shape(kind, np.random.default_rng(seed))
     mesh = polygons(kind, shape.parameters, 1e-3)

@@ -45,7 +45,7 @@ def comments(text: str) -> list[str]:
     return [match[1].rstrip() for match in COMMENT.finditer(text) if match[1]]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(programs())
 def test_random_programs_keep_their_meaning_and_comments(text: str) -> None:
     once = formatted(text)
@@ -54,7 +54,7 @@ def test_random_programs_keep_their_meaning_and_comments(text: str) -> None:
     assert formatted(once) == once
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(programs(comments=False))
 def test_lines_have_no_trailing_space_and_open_no_empty_lines(text: str) -> None:
     lines = formatted(text).split("\n")
@@ -71,7 +71,7 @@ def test_examples_are_canonical(path: Path) -> None:
     assert formatted(path.read_text()) == path.read_text()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.text(alphabet='()[]{},.:=-+*/ \n"#ab1.le/t', max_size=30))
 def test_any_text_is_formatted_or_refused(text: str) -> None:
     result, faults = format_source(Source("scene.ovo", text))

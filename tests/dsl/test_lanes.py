@@ -15,7 +15,7 @@ from benchmarks.fuzz.targets import ways
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(st.integers(0, 2**64))
 def test_random_programs(seed: int) -> None:
     ways(program(Random(seed)))

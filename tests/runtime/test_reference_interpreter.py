@@ -119,7 +119,7 @@ def matrix(kind: str, v: Sequence[float]) -> FloatArray:
     return m
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(steps, st.booleans()), min_size=1, max_size=4), st.integers(0, 2**32 - 1))
 def test_chains_equal_their_matrix(
     chain: list[tuple[tuple[str, Sequence[float]], bool]], seed: int

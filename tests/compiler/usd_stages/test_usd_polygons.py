@@ -23,7 +23,7 @@ def triangle_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.asarray(np.cross(b - a, c - a) / 2.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.floats(0.05, 1.0), min_size=3, max_size=14),
     st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),

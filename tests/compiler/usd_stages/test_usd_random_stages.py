@@ -17,7 +17,7 @@ MANY = 200
 """Pieces beyond which a stage takes too long to be judged."""
 
 
-@settings(max_examples=20, deadline=None, phases=(Phase.explicit, Phase.reuse, Phase.generate))
+@settings(max_examples=20, phases=(Phase.explicit, Phase.reuse, Phase.generate))
 @given(
     seed=st.integers(0, 2**32 - 1),
     time=st.sampled_from(["earliest", -1.0, *TIMES, 2.5]),

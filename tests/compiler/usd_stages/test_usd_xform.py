@@ -84,9 +84,7 @@ def author(prim: Any, stack: list[tuple[str, str, list[float], bool, bool]], res
     )
 
 
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(stacks(), st.booleans()), min_size=1, max_size=4))
 def test_any_stack_composes_as_usd_core_composes_it(
     load: Callable[..., Any], tmp_path: Path, levels: list[tuple[Any, bool]]

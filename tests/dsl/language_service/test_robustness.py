@@ -62,13 +62,13 @@ def within(span: Span, size: int) -> bool:
     return 0 <= span.start <= span.end <= size
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(WORDS, max_size=25).map("".join), st.floats(0.0, 1.0))
 def test_random_words(text: str, where: float) -> None:
     ask_everything(text, round(where * len(text.encode())))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.data())
 def test_programs_cut_off_while_they_are_typed(data: st.DataObject) -> None:
     program = data.draw(st.sampled_from(PROGRAMS[:150]))
