@@ -38,16 +38,23 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 impl Wedge<f64> {
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let (outside, mut point, normal) = self.ring.nearest_face(p, room);
-        let [(_, q0), (_, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
-        let (side, depth) = if (q0 < q1) != self.sector.reflex {
-            (0, q0)
+        let [(along0, q0), (along1, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
+        // At 180° both sides lie in one plane: only the half that p is along can be near.
+        let first = if along0 > 0.0 && along1 > 0.0 {
+            (q0 < q1) != self.sector.reflex
         } else {
-            (1, q1)
+            along0 > along1
+        };
+        let (side, along, depth) = if first {
+            (0, along0, q0)
+        } else {
+            (1, along1, q1)
         };
         if -depth <= outside {
             for side in [0, 1] {
                 let (along, depth) = self.sector.along_and_depth(side, point);
-                if along > 0.0 && depth < room {
+                // Beyond 180° most of the face is far outside of one side's plane.
+                if along > 0.0 && depth < room && -depth <= outside.max(room) {
                     let normal = self.sector.normal(side);
                     point = axes!(|i| (depth - room).mul_add(normal[i], point[i]));
                 }
@@ -56,7 +63,6 @@ impl Wedge<f64> {
         }
         let ([r0, r1], [y0, y1]) = (self.ring.radii(), self.ring.y());
         let [sin, cos] = self.sector.ends[side];
-        let (along, _) = self.sector.along_and_depth(side, p);
         let along = clamped(along, r0, r1, room);
         let point = [along * sin, clamped(p[1], y0, y1, room), along * cos];
         (point, self.sector.normal(side))

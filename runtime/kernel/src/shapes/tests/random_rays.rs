@@ -31,12 +31,15 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], ends: &[([f64; 3], [
         ShapeKind::Disc | ShapeKind::Rectangle | ShapeKind::Plane | ShapeKind::Triangle
     );
     let distance = |p: [f64; 3]| signed_distance(kind, parameters, p);
-    // A bevel that is traced as none.
+    // A bevel that is traced as none; a cone's takes more than itself off the tip.
     let has_bevel = !matches!(kind, ShapeKind::Sphere | ShapeKind::Torus) && solid;
     let dropped = parameters
         .last()
         .filter(|&&b| has_bevel && b < 16.0 * eps / shape.frame().scale)
-        .map_or(0.0, |b| *b);
+        .map_or(0.0, |b| match (kind, parameters) {
+            (ShapeKind::Cone, &[radius, height, _]) => b * radius.hypot(height) / radius,
+            _ => *b,
+        });
     // What rounding the shape's own numbers may move its surface by.
     let size = 1.0 / shape.frame().scale;
     let hits = trace_everywhere(&shape, &rays);
