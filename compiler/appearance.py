@@ -19,6 +19,21 @@ from dsl.scene import MATERIAL_PARAMETERS, Camera, Material, PointLight, Setting
 Light = Sun | PointLight | Sky
 
 
+class Materials:
+    """Distinct materials, numbered as they come."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Material] = []
+        self._numbers: dict[Material, int] = {}
+
+    def index(self, material: Material) -> int:
+        """The number of a material."""
+        number = self._numbers.setdefault(material, len(self.nodes))
+        if number == len(self.nodes):
+            self.nodes.append(material)
+        return number
+
+
 def material_table(materials: Iterable[Material]) -> NDArray[np.void]:
     """`SceneIR.materials`."""
     rows = list(materials)

@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from compiler.appearance import camera_table, light_table, material_table, settings_record
+from compiler.appearance import (
+    Materials,
+    camera_table,
+    light_table,
+    material_table,
+    settings_record,
+)
 from compiler.attributes import attribute_arrays, texture_table
 from compiler.compress import Branches, compress, overriding
 from compiler.expand import Integers, Plan, plan
@@ -23,7 +29,6 @@ from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.scene import (
     DEFAULT_MATERIAL,
-    Material,
     SceneGraph,
     Settings,
 )
@@ -59,7 +64,8 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     said last.
     """
     walked = walk(graph.root, load)
-    prototypes, materials, origins = Prototypes(), _Materials(), Origins()
+    prototypes, materials, origins = Prototypes(), Materials(), Origins()
+    materials.index(DEFAULT_MATERIAL)
     branches = compress(walked, prototypes.index, materials.index, origins)
     planned = plan(branches)
     if not planned.all_flat:
@@ -76,7 +82,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     if len(singular):
         table = without(table, singular)
     used_prototypes = first_uses(table.target[table.target >= 0], len(prototypes.nodes))
-    used_materials = materials.used(table)
+    used_materials = _used_materials(table, len(materials.nodes))
     used_origins = first_uses(table.sources.origin, len(origins.places))
     texts = Texts()
     cameras = camera_table(lights.cameras, texts)
@@ -117,27 +123,14 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     return Flattened(ir, diagnostics, pruned)
 
 
-class _Materials:
-    """Distinct materials; number 0 is the default one."""
-
-    def __init__(self) -> None:
-        self.nodes = [DEFAULT_MATERIAL]
-        self._numbers = {DEFAULT_MATERIAL: 0}
-
-    def index(self, material: Material) -> int:
-        number = self._numbers.setdefault(material, len(self.nodes))
-        if number == len(self.nodes):
-            self.nodes.append(material)
-        return number
-
-    def used(self, table: Rows) -> list[int]:
-        """Numbers in order of first use, but the default first where a leaf may need it."""
-        codes = table.material[table.material != -1]
-        numbers = np.where(codes < 0, overriding(codes), codes)
-        used = [int(m) for m in first_uses(numbers, len(self.nodes))]
-        if needs_default_material(table.ranges, table.target, table.material):
-            return [0, *(m for m in used if m != 0)]
-        return used
+def _used_materials(table: Rows, count: int) -> list[int]:
+    """Numbers below `count` in order of first use; 0, the default, first where it is needed."""
+    codes = table.material[table.material != -1]
+    numbers = np.where(codes < 0, overriding(codes), codes)
+    used = [int(m) for m in first_uses(numbers, count)]
+    if needs_default_material(table.ranges, table.target, table.material):
+        return [0, *(m for m in used if m != 0)]
+    return used
 
 
 def _renumbered_materials(codes: Integers, used: list[int]) -> NDArray[np.int32]:

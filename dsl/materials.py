@@ -10,18 +10,10 @@ from typing import Any
 
 from dsl.calls import Site
 from dsl.kinds import BOOLEAN, COLOR, MATERIAL, NUMBER
-from dsl.scene import DEFAULT_MATERIAL, MATERIAL_PARAMETERS, Material
+from dsl.scene import DEFAULT_MATERIAL, MATERIAL_FRACTIONS, MATERIAL_PARAMETERS, Material
 from dsl.values import Builtin, Color, Kind, Parameter, Signature, format_number
 
 _COLORS = ("diffuse", "emission", "specular")
-_FRACTIONS = (
-    "metallic",
-    "roughness",
-    "clearcoat",
-    "clearcoat_roughness",
-    "opacity",
-    "opacity_threshold",
-)
 _BLACK = (0.0, 0.0, 0.0)
 _Rgb = tuple[float, float, float]
 
@@ -57,7 +49,7 @@ def _checked(site: Site, **values: Any) -> Material:
         argument = name if name in site.expressions else "color"
         if name in _COLORS:
             check_color(site, argument, value)
-        elif name in _FRACTIONS:
+        elif name in MATERIAL_FRACTIONS:
             check_range(site, name, value)
         elif name == "ior":
             check_range(site, name, value, 1.0, None)

@@ -230,6 +230,16 @@ DEFAULT_MATERIAL = Material()
 MATERIAL_PARAMETERS = tuple(f.name for f in fields(Material) if f.name != "textures")
 """The constants of a material, in order."""
 
+MATERIAL_FRACTIONS = (
+    "metallic",
+    "roughness",
+    "clearcoat",
+    "clearcoat_roughness",
+    "opacity",
+    "opacity_threshold",
+)
+"""Those of them that lie in 0 to 1."""
+
 
 @node
 class Group:

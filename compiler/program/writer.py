@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from compiler.appearance import Materials
 from compiler.compilation import Compilation
 from compiler.compress import NO_MATERIAL, Branches, Edge, compress, overriding
 from compiler.ir import UP_AXES, SceneIR
@@ -22,7 +23,17 @@ from dsl.builtins import BUILTINS
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.format import format_source
-from dsl.scene import File, Material, Mesh, Node, Shape, ShapeKind, Step, StepKind
+from dsl.scene import (
+    MATERIAL_FRACTIONS,
+    File,
+    Material,
+    Mesh,
+    Node,
+    Shape,
+    ShapeKind,
+    Step,
+    StepKind,
+)
 from dsl.spans import Place, Source
 from dsl.tokens import KEYWORDS, RESERVED
 
@@ -43,7 +54,7 @@ def write(scene: Compilation, folder: str | None) -> Program:
         return scene.load(file), []
 
     walked = walk(scene.graph.root, load)
-    prototypes, materials, origins = Prototypes(), _Materials(), Origins()
+    prototypes, materials, origins = Prototypes(), Materials(), Origins()
     branches = compress(walked, prototypes.index, materials.index, origins)
     writer = _Writer(branches, prototypes.nodes, materials.nodes, origins, folder)
     body = writer.statements()
@@ -52,20 +63,6 @@ def write(scene: Compilation, folder: str | None) -> Program:
     canonical, faults = format_source(Source(scene.graph.name, text))
     assert canonical is not None, faults
     return Program(canonical, writer.meshes, tuple(writer.unsaid))
-
-
-class _Materials:
-    """Distinct materials, numbered as they come."""
-
-    def __init__(self) -> None:
-        self.nodes: list[Material] = []
-        self._numbers: dict[Material, int] = {}
-
-    def index(self, material: Material) -> int:
-        number = self._numbers.setdefault(material, len(self.nodes))
-        if number == len(self.nodes):
-            self.nodes.append(material)
-        return number
 
 
 @dataclass(slots=True)
@@ -192,7 +189,7 @@ class _Writer:
         if given.textures:
             self._report("textures are left out: materials have their constants")
             changed["textures"] = ()
-        for name in _FRACTIONS:
+        for name in MATERIAL_FRACTIONS:
             changed[name] = min(max(getattr(given, name), 0.0), 1.0)
         for name in ("diffuse", "emission", "specular"):
             changed[name] = tuple(max(c, 0.0) for c in getattr(given, name))
@@ -268,16 +265,6 @@ def _without_detours(steps: tuple[Step, ...]) -> tuple[Step, ...]:
         else:
             kept.append(step)
     return tuple(kept)
-
-
-_FRACTIONS = (
-    "metallic",
-    "roughness",
-    "clearcoat",
-    "clearcoat_roughness",
-    "opacity",
-    "opacity_threshold",
-)
 
 
 def _have_area(corners: np.ndarray) -> np.ndarray:

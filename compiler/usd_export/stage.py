@@ -8,6 +8,7 @@ from typing import Any
 
 from pxr import Sdf, Tf, UsdUtils, Vt
 
+from compiler.appearance import Materials
 from compiler.compilation import Compilation
 from compiler.compress import compress
 from compiler.ir import UP_AXES
@@ -21,7 +22,7 @@ from compiler.usd_export.prims import Writer
 from compiler.usd_export.views import write_cameras, write_lights, write_settings
 from compiler.walk import walk
 from dsl.diagnostics import Diagnostic
-from dsl.scene import File, Material, Node
+from dsl.scene import File, Node
 
 
 def write_stage(compilation: Compilation, path: Path, options: ExportOptions) -> None:
@@ -43,7 +44,7 @@ def _write(layer: Any, compilation: Compilation, options: ExportOptions) -> None
         return compilation.load(file), []
 
     walked = walk(compilation.graph.root, load)
-    prototypes, origins, materials = Prototypes(), Origins(), _Materials()
+    prototypes, origins, materials = Prototypes(), Origins(), Materials()
     branches = compress(walked, prototypes.index, materials.index, origins)
     scene = compilation.ir
     root = child(layer.pseudoRoot, "World", "Xform")
@@ -69,20 +70,6 @@ def _used_types(root: Any) -> set[str]:
         used.add(prim.typeName)
         stack += prim.nameChildren.values()
     return used & set(KINDS)
-
-
-class _Materials:
-    """Distinct materials, numbered as they come."""
-
-    def __init__(self) -> None:
-        self.nodes: list[Material] = []
-        self._numbers: dict[Material, int] = {}
-
-    def index(self, material: Material) -> int:
-        number = self._numbers.setdefault(material, len(self.nodes))
-        if number == len(self.nodes):
-            self.nodes.append(material)
-        return number
 
 
 def _save(layer: Any, path: Path) -> None:
