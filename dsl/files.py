@@ -105,14 +105,7 @@ class Files:
 
     def read_text(self, path: str, folder: str = "", max_bytes: int | None = None) -> str:
         """The text of a UTF-8 file without its byte-order mark; raises FileFault."""
-        try:
-            return self.read_bytes(path, folder, max_bytes).decode("utf-8").removeprefix("\ufeff")
-        except UnicodeDecodeError as error:
-            raise FileFault(
-                "file-encoding",
-                f"`{path}` is not UTF-8 text (byte {error.start})",
-                "save it as UTF-8",
-            ) from None
+        return decode(self.read_bytes(path, folder, max_bytes), path)
 
     def _near(self, missing: Path) -> str | None:
         """Help that names a file of nearly that name beside the missing one."""
@@ -123,6 +116,18 @@ class Files:
         except OSError:
             return None
         return did_you_mean(missing.name, names)
+
+
+def decode(content: bytes, name: str) -> str:
+    """The text of UTF-8 without its byte-order mark; raises FileFault, which says the name."""
+    try:
+        return content.decode("utf-8").removeprefix("\ufeff")
+    except UnicodeDecodeError as error:
+        raise FileFault(
+            "file-encoding",
+            f"`{name}` is not UTF-8 text (byte {error.start})",
+            "save it as UTF-8",
+        ) from None
 
 
 def _reason(error: Exception) -> str:

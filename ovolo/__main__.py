@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from keyword import iskeyword
+from typing import NoReturn
 
 import ovolo
 from dsl.diagnostics import CompileError
+from dsl.suggest import did_you_mean
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_stop, report
 
@@ -36,35 +39,34 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; what a user does wrong never raises."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    # A stream that was closed before is None: what is written there is for nobody.
+    sys.stdout = sys.stdout or io.StringIO()
+    sys.stderr = sys.stderr or io.StringIO()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error is
     try:
         code = _run(arguments)
         sys.stdout.flush()
-    except StopError as stop:
-        print_stop(stop)
-        code = stop.code
-    except BrokenPipeError:
-        # Python flushes standard output once more on its way out: let that go nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = Exit.PIPE_CLOSED
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        code = Exit.INTERRUPTED
-    except Exception:
-        import traceback
-
-        traceback.print_exc()
-        print("this is a fault of ovolo's own: please report it", file=sys.stderr)
-        code = Exit.BUG
+    except (Exception, KeyboardInterrupt) as error:
+        code = _ended_by(error)
     return int(code)
 
 
 def _run(arguments: list[str]) -> Exit:
+    if not arguments:
+        _parser("").print_help(sys.stderr)
+        return Exit.USAGE
+    name = arguments[0]
+    if name not in COMMANDS and not name.startswith("-"):
+        help = did_you_mean(name, COMMANDS) or "`ovolo --help` lists the commands"
+        raise StopError(Exit.USAGE, f"there is no command `{name}`", help)
     try:
-        parsed = _parser(arguments[0] if arguments else "").parse_args(arguments)
-    except SystemExit as end:  # after --help, or a message about the arguments
-        return Exit.USAGE if end.code else Exit.OK
+        parsed, unknown = _parser(name).parse_known_args(arguments)
+    except SystemExit:  # --help or --version has been answered
+        return Exit.OK
+    if unknown:
+        help = f"`ovolo {name} --help` lists the arguments"
+        raise StopError(Exit.USAGE, f"there is no argument `{unknown[0]}`", help)
     try:
         code: Exit = parsed.run(parsed)
     except CompileError as error:
@@ -72,18 +74,59 @@ def _run(arguments: list[str]) -> Exit:
     return code
 
 
+def _ended_by(error: BaseException) -> Exit:
+    """Say why the command ends before its time, and give the code for it."""
+    match error:
+        case StopError():
+            print_stop(error)
+            return error.code
+        case KeyboardInterrupt():
+            print("interrupted", file=sys.stderr)
+            return Exit.INTERRUPTED
+        case BrokenPipeError():
+            _discard_output()
+            return Exit.PIPE_CLOSED
+        case OSError(errno=errno.ENOSPC | errno.EDQUOT | errno.EIO):
+            _discard_output()
+            print(f"error: the output cannot be written: {error.strerror}", file=sys.stderr)
+            return Exit.FILES
+    import traceback
+
+    traceback.print_exception(error)
+    print("this is a fault of ovolo's own: please report it", file=sys.stderr)
+    return Exit.BUG
+
+
+def _discard_output() -> None:
+    """Let what Python still flushes on its way out go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are told like all others, without the list of all arguments."""
+
+    def error(self, message: str) -> NoReturn:
+        raise StopError(Exit.USAGE, message, f"`{self.prog} --help` lists the arguments")
+
+
 def _parser(chosen: str) -> argparse.ArgumentParser:
     """The parser for the chosen command: the others are named, but not loaded."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="ovolo",
         description="Scenes to pictures, with known accuracy.",
         epilog="exit codes:\n" + "\n".join(f"  {code:<4} {code.meaning}" for code in Exit),
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"ovolo {ovolo.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, summary in COMMANDS.items():
-        command = commands.add_parser(name, help=summary, description=f"{summary.capitalize()}.")
+        command = commands.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            allow_abbrev=False,
+        )
         if name == chosen:
             # `import` is a word of Python's own, and its module `import_`.
             module = import_module(f"ovolo.commands.{name}{'_' * iskeyword(name)}")

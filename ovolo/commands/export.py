@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ovolo.commands.numbers import number
 from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
@@ -47,7 +48,4 @@ def run(arguments: argparse.Namespace) -> Exit:
 
 
 def _tolerance(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value < 1.0:
-        raise ValueError
-    return value
+    return number(text, lambda value: 0.0 <= value < 1.0, "a fraction, 0 or more and below 1")

@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Format every scene; those with faults of syntax stay as they are."""
-    from dsl.files import FileFault, Files
+    from dsl.files import FileFault, Files, decode
     from dsl.format import format_source
     from dsl.spans import Source
 
@@ -33,7 +33,10 @@ def run(arguments: argparse.Namespace) -> Exit:
     changed = []
     for name in arguments.scenes:
         try:
-            text = sys.stdin.read() if name == "-" else Files().read_text(name)
+            if name == "-":
+                text = decode(sys.stdin.buffer.read(), "standard input")
+            else:
+                text = Files().read_text(name)
         except FileFault as fault:
             faults.append(fault.diagnostic(None))
             continue

@@ -12,6 +12,7 @@ from compiler.compilation import STAGE_SUFFIXES, Compilation, Time
 from compiler.usd.options import Complexity, Isolation, StageOptions
 from dsl.budget import Limits
 from dsl.files import Files
+from ovolo.commands.numbers import number
 from ovolo.exits import Exit, StopError
 
 PURPOSES = ("default", "render", "proxy", "guide")
@@ -170,10 +171,7 @@ def _isolation(arguments: argparse.Namespace) -> Isolation | None:
 def _time(text: str) -> float | str:
     if text == "earliest":
         return text
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError
-    return value
+    return number(text, math.isfinite, 'a time code, nor "earliest"')
 
 
 def _purposes(text: str) -> frozenset[str]:
@@ -184,14 +182,11 @@ def _purposes(text: str) -> frozenset[str]:
 
 
 def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise ValueError
-    return value
+    return number(text, lambda value: 0.0 < value < math.inf, "a number above 0")
 
 
 def _limit(text: str) -> tuple[str, int]:
-    name, equals, number = text.partition("=")
-    if not equals or not number.isascii() or not number.isdigit():
+    name, equals, amount = text.partition("=")
+    if not equals or not amount.isascii() or not amount.isdigit():
         raise StopError(Exit.USAGE, f"`--limit {text}` is no limit", "write `--limit steps=1000`")
-    return name, int(number)
+    return name, int(amount)

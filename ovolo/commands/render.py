@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from decimal import Decimal
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -45,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_bounds(parser)
     parser.add_argument(
         "--frames",
-        type=parse_frames,
+        type=_frames,
         metavar="FIRST:LAST[xSTEP]",
         help="a sequence: a picture for each of these times; #### in a picture's name is the frame",
     )
@@ -56,6 +57,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", type=int, default=0, metavar="N", help="default: all cores")
     parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
     parser.add_argument("--json", action="store_true", help="print the statistics as JSON")
+
+
+def _frames(text: str) -> list[Decimal]:
+    try:
+        return parse_frames(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def run(arguments: argparse.Namespace) -> Exit:

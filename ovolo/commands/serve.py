@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ovolo.commands.numbers import number
 from ovolo.exits import Exit, StopError
 
 
@@ -35,10 +36,7 @@ def run(arguments: argparse.Namespace) -> Exit:
 
 
 def _port(text: str) -> int:
-    port = int(text)
-    if not 0 <= port <= 65535:
-        raise ValueError
-    return port
+    return int(number(text, range(65536).__contains__, "a port, 0 … 65535"))
 
 
 def _ready(address: str) -> None:

@@ -133,8 +133,15 @@ def test_fmt_leaves_faulty_programs_alone(run: Run, folder: Path) -> None:
 
 
 def test_fmt_filters_standard_input(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.stdin", io.StringIO("sphere( 1 )"))
+    def given(content: bytes) -> None:
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content)))
+
+    given(b"\xef\xbb\xbfsphere( 1 )")
     assert run("fmt", "-").out == "sphere(1)\n"
+    given(b"sphere() // \xff")
+    outcome = run("fmt", "-")
+    assert (outcome.code, outcome.out) == (Exit.FILES, "")
+    assert outcome.err.startswith("error[file-encoding]: `standard input` is not UTF-8")
 
 
 @pytest.mark.parametrize(
@@ -324,11 +331,43 @@ def test_help_names_commands_and_exit_codes(run: Run) -> None:
         assert f"  {code.value:<4} {code.meaning}" in outcome.out
 
 
-@pytest.mark.parametrize("arguments", [[], ["rendr"], ["--colour"], ["check"], ["render"]])
-def test_what_is_no_command_is_a_usage_error(run: Run, arguments: list[str]) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "message", "help"),
+    [
+        (["rendr"], "there is no command `rendr`", "did you mean `render`?"),
+        (["xyz"], "there is no command `xyz`", "`ovolo --help` lists the commands"),
+        (["--colour"], "the following arguments are required: COMMAND", "`ovolo --help` lists "),
+        (["check"], "the following arguments are required: SCENE", "`ovolo check --help` lists "),
+        (
+            ["render", "a.ovo", "--sam", "1"],
+            "there is no argument `--sam`",
+            "`ovolo render --help` ",
+        ),
+        (["render", "a.ovo", "--frames", "3:a"], "argument --frames: `a` is no frame", "`ovolo "),
+        (["render", "a.ovo", "--time", "now"], "argument --time: `now` is not a time", "`ovolo "),
+        (["render", "a.ovo", "--memory", "0"], "argument --memory: `0` is not a num", "`ovolo "),
+        (["export", "a", "b", "--tolerance", "1"], "argument --tolerance: `1` is not", "`ovolo "),
+        (["serve", "--port", "99999"], "argument --port: `99999` is not a port", "`ovolo serve "),
+    ],
+)
+def test_what_cannot_be_understood_is_told_in_two_lines(
+    run: Run, arguments: list[str], message: str, help: str
+) -> None:
     outcome = run(*arguments)
     assert (outcome.code, outcome.out) == (Exit.USAGE, "")
-    assert outcome.err.startswith("usage: ovolo")
+    said, mend = outcome.err.splitlines()
+    assert said.startswith(f"error: {message}")
+    assert mend.startswith(f"  = help: {help}")
+
+
+def test_without_a_command_the_commands_are_listed(run: Run) -> None:
+    outcome = run()
+    assert (outcome.code, outcome.out) == (Exit.USAGE, "")
+    assert all(f"\n    {name}" in outcome.err for name in COMMANDS)
+
+
+def test_help_keeps_names_as_they_are_written(run: Run) -> None:
+    assert "Turn a scene into a USD stage." in run("export", "--help").out
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.com"])

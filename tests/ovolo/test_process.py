@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import shlex
 import signal
 import subprocess
 import sys
@@ -81,6 +82,29 @@ def test_a_reader_who_leaves_is_no_fault(tmp_path: Path) -> None:
     assert process.stderr.read() == b""
     process.stderr.close()
     assert process.wait(timeout=60) == 141
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("command", [["compile", "ball.ovo"], ["version"]])
+def test_a_full_disk_is_told(tmp_path: Path, command: list[str]) -> None:
+    (tmp_path / "ball.ovo").write_text("sphere()\n")
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*OVOLO, *command],
+            cwd=tmp_path,
+            env=ENVIRONMENT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.stderr == "error: the output cannot be written: No space left on device\n"
+    assert done.returncode == 3
+
+
+def test_output_that_was_closed_before_is_no_fault(tmp_path: Path) -> None:
+    shell = f"exec {shlex.join([*OVOLO, 'version'])} >&-"
+    done = subprocess.run(shell, shell=True, cwd=tmp_path, env=ENVIRONMENT, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 def test_ctrl_c_ends_a_render(tmp_path: Path) -> None:
