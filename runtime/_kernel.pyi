@@ -1,6 +1,6 @@
 """The native kernel: a flat scene in, hits and films out. Built from `runtime/kernel`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -12,6 +12,8 @@ __all__ = ["Kernel", "__version__", "instruction_sets"]
 
 __version__: str
 
+Image = NDArray[np.uint8] | NDArray[np.float32]
+
 def instruction_sets() -> list[str]:
     """Names of the instruction sets this CPU can run, best first; the last is "portable"."""
 
@@ -21,15 +23,26 @@ class Kernel:
 
     `precision` is "float32" or "float64" (the scalar of the intersectors); `isa` one of
     `instruction_sets()`, None for the best: all give the same answers.
+    `images` are the pictures of the IR's `textures`, row by row: `(h, w, c)` from the top, of 1
+    (grey), 2 (grey, alpha), 3 or 4 channels; uint8, which the texture's colour space decodes, or
+    float32, linear; of a picture in tiles a dict of them by (column, row). None, or what is beyond
+    the end, is missing: the texture's fallback is drawn. Read-only arrays are not copied.
     Raises ValueError for an IR whose indices or shapes are wrong.
     """
 
-    def __new__(cls, ir: SceneIR, precision: str, isa: str | None = None) -> Kernel: ...
+    def __new__(
+        cls,
+        ir: SceneIR,
+        precision: str,
+        isa: str | None = None,
+        images: Sequence[Image | dict[tuple[int, int], Image] | None] | None = None,
+    ) -> Kernel: ...
     def updated(self, ir: SceneIR) -> Kernel:
         """The kernel for another scene, with the precision and instruction set of this one.
 
         The same as a new one but for the time it takes: meshes of equal content, and groups whose
-        instances stand where they stood, keep their trees, which both kernels share.
+        instances stand where they stood, keep their trees, which both kernels share. It has no
+        images.
         """
     @property
     def isa(self) -> str: ...

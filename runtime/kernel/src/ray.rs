@@ -123,6 +123,8 @@ pub struct Hit {
     pub prototype: i32,
     /// Resolved material, or -1 for a miss.
     pub material: i32,
+    /// Triangle of a mesh, else 0.
+    pub primitive: u32,
 }
 
 impl Hit {
@@ -135,6 +137,7 @@ impl Hit {
         instance: -1,
         prototype: -1,
         material: -1,
+        primitive: 0,
     };
 
     /// Where a ray that leaves the surface in a direction starts: off it to the side it goes to.
@@ -176,6 +179,19 @@ pub struct FoundColumns<'a> {
     pub primitive: &'a mut [u32],
 }
 
+/// The triangle of a mesh that a hit lies on.
+#[derive(Clone, Copy, Debug)]
+pub struct OnTriangle {
+    /// Its corners, as points of the mesh.
+    pub points: [usize; 3],
+    /// How much of each corner the hit is: none negative, 1 in all.
+    pub weights: [f64; 3],
+    /// From the first corner to the second and to the third, in world space.
+    pub edges: [[f64; 3]; 2],
+    /// The linear map into the space of the mesh; its transpose brings normals out.
+    pub object_from_world: [[f64; 3]; 3],
+}
+
 /// Whatever can answer batches of rays: scenes of either precision on any instruction set.
 ///
 /// Batches of some hundreds of coherent rays are answered fastest. Answers do not depend on
@@ -185,6 +201,10 @@ pub trait Trace: Send + Sync {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]);
     /// Whether anything is hit.
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]);
+    /// The triangle that a hit lies on; None if it is not on a mesh.
+    fn on_triangle(&self, _hit: &Hit) -> Option<OnTriangle> {
+        None
+    }
 }
 
 /// Whatever finds hits and the surfaces there apart, for those who may not need the surfaces.

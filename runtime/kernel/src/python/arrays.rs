@@ -34,6 +34,7 @@ rows! {
     u32: u32, [];
     i32: i32, [];
     i64: i64, [];
+    f32: f32, [];
     f64: f64, [];
     [i64; 2]: i64, [2];
     [i64; 4]: i64, [4];
@@ -93,7 +94,7 @@ impl<'py, R: Row> Rows<'py, R> {
 
     /// The rows to keep: where they are if the array is read-only, else a copy; and the bytes of
     /// the copy.
-    fn buffer(self) -> (Buffer<R>, usize) {
+    pub fn buffer(self) -> (Buffer<R>, usize) {
         // SAFETY: the array object is alive; flags is a plain field of it.
         let flags = unsafe { (*self.array.as_array_ptr()).flags };
         if flags & numpy::npyffi::NPY_ARRAY_WRITEABLE == 0 {

@@ -2,13 +2,14 @@
 //!
 //! See `runtime/_kernel.pyi` for the contract.
 mod arrays;
+mod detail;
 mod render;
 mod trace;
 
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use self::arrays::Rows;
 use self::trace::Answers;
@@ -50,10 +51,16 @@ fn refused(error: SceneError) -> PyErr {
 #[pymethods]
 impl Kernel {
     #[new]
-    #[pyo3(signature = (ir, precision, isa=None))]
-    fn new(ir: &Bound<'_, PyAny>, precision: &str, isa: Option<&str>) -> PyResult<Kernel> {
+    #[pyo3(signature = (ir, precision, isa=None, images=None))]
+    fn new(
+        ir: &Bound<'_, PyAny>,
+        precision: &str,
+        isa: Option<&str>,
+        images: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Kernel> {
         let set = instruction_set(isa)?;
-        let appearance = render::appearance(ir)?;
+        let images = images.unwrap_or_else(|| PyList::empty(ir.py()).into_any());
+        let (appearance, more) = render::appearance(ir, &images)?;
         let (arrays, copied) = arrays::scene_arrays(ir)?;
         let prepare = || match precision {
             "float32" => Scene::new(arrays, set).map(Prepared::Single),
@@ -69,12 +76,13 @@ impl Kernel {
             scene,
             appearance,
             set,
-            copied,
+            copied: copied + more,
         })
     }
 
     fn updated(&self, ir: &Bound<'_, PyAny>) -> PyResult<Kernel> {
-        let appearance = render::appearance(ir)?;
+        let images = PyList::empty(ir.py()).into_any();
+        let (appearance, more) = render::appearance(ir, &images)?;
         let (arrays, copied) = arrays::scene_arrays(ir)?;
         let prepare = || match &self.scene {
             Prepared::Single(scene) => scene.updated(arrays).map(Prepared::Single),
@@ -85,7 +93,7 @@ impl Kernel {
             scene,
             appearance,
             set: self.set,
-            copied,
+            copied: copied + more,
         })
     }
 

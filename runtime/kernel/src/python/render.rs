@@ -1,4 +1,5 @@
 //! `Kernel.render`, and the IR's appearance.
+use super::detail::detail;
 use crate::lanes::InstructionSet;
 use crate::ray::Trace;
 use crate::render::camera::{Camera, Projection};
@@ -27,12 +28,20 @@ pub struct Request<'py> {
     pub set: InstructionSet,
 }
 
-/// Reads `ir.materials` and `ir.lights`; ValueError if they are not as `compiler.ir` says.
-pub fn appearance(ir: &Bound<'_, PyAny>) -> PyResult<Appearance> {
-    Ok(Appearance {
+/// Reads how the scene of an IR looks; ValueError if that is not as `compiler.ir` says. With it,
+/// the bytes that had to be copied.
+pub fn appearance(
+    ir: &Bound<'_, PyAny>,
+    images: &Bound<'_, PyAny>,
+) -> PyResult<(Appearance, usize)> {
+    let materials = materials(&ir.getattr("materials")?)?;
+    let (detail, copied) = detail(ir, images, &materials)?;
+    let appearance = Appearance {
         lights: lights(&ir.getattr("lights")?)?,
-        materials: materials(&ir.getattr("materials")?)?,
-    })
+        materials: materials.iter().map(Material::new).collect(),
+        detail,
+    };
+    Ok((appearance, copied))
 }
 
 /// Renders with the GIL released; signals and what `progress` raises end the render.
@@ -130,20 +139,25 @@ fn camera(record: &Bound<'_, PyAny>) -> PyResult<Camera> {
 }
 
 /// A table of the IR: one array per field.
-struct Table<'py>(&'py Bound<'py, PyAny>);
+pub struct Table<'a, 'py>(pub &'a Bound<'py, PyAny>);
 
-impl Table<'_> {
-    fn numbers(&self, name: &str) -> PyResult<Vec<f64>> {
+impl Table<'_, '_> {
+    pub fn numbers(&self, name: &str) -> PyResult<Vec<f64>> {
         let column: PyReadonlyArray1<f64> = self.0.get_item(name)?.extract()?;
         Ok(column.as_array().to_vec())
     }
 
-    fn integers(&self, name: &str) -> PyResult<Vec<i32>> {
+    pub fn integers(&self, name: &str) -> PyResult<Vec<i32>> {
         let column: PyReadonlyArray1<i32> = self.0.get_item(name)?.extract()?;
         Ok(column.as_array().to_vec())
     }
 
-    fn vectors(&self, name: &str) -> PyResult<Vec<Vec3>> {
+    pub fn wholes(&self, name: &str) -> PyResult<Vec<i64>> {
+        let column: PyReadonlyArray1<i64> = self.0.get_item(name)?.extract()?;
+        Ok(column.as_array().to_vec())
+    }
+
+    pub fn vectors(&self, name: &str) -> PyResult<Vec<Vec3>> {
         let column: PyReadonlyArray2<f64> = self.0.get_item(name)?.extract()?;
         let column = column.as_array();
         if column.shape()[1] != 3 {
@@ -157,7 +171,7 @@ impl Table<'_> {
     }
 }
 
-fn materials(table: &Bound<'_, PyAny>) -> PyResult<Vec<Material>> {
+fn materials(table: &Bound<'_, PyAny>) -> PyResult<Vec<Parameters>> {
     let table = Table(table);
     let diffuse = table.vectors("diffuse")?;
     let emission = table.vectors("emission")?;
@@ -170,20 +184,18 @@ fn materials(table: &Bound<'_, PyAny>) -> PyResult<Vec<Material>> {
     let opacity_threshold = table.numbers("opacity_threshold")?;
     let ior = table.numbers("ior")?;
     let specular_workflow = table.integers("specular_workflow")?;
-    let material = |i: usize| {
-        Material::new(&Parameters {
-            diffuse: diffuse[i],
-            emission: emission[i],
-            specular_workflow: specular_workflow[i] != 0,
-            specular: specular[i],
-            metallic: metallic[i],
-            roughness: roughness[i],
-            clearcoat: clearcoat[i],
-            clearcoat_roughness: clearcoat_roughness[i],
-            opacity: opacity[i],
-            opacity_threshold: opacity_threshold[i],
-            ior: ior[i],
-        })
+    let material = |i: usize| Parameters {
+        diffuse: diffuse[i],
+        emission: emission[i],
+        specular_workflow: specular_workflow[i] != 0,
+        specular: specular[i],
+        metallic: metallic[i],
+        roughness: roughness[i],
+        clearcoat: clearcoat[i],
+        clearcoat_roughness: clearcoat_roughness[i],
+        opacity: opacity[i],
+        opacity_threshold: opacity_threshold[i],
+        ior: ior[i],
     };
     Ok((0..diffuse.len()).map(material).collect())
 }

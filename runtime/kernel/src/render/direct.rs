@@ -1,5 +1,6 @@
 //! Direct light: from suns, points and the sky, with shadows, through what is transparent.
 use super::frame::Frame;
+use super::material::Material;
 use super::samples::Samples;
 use super::shadows::Shadows;
 use super::vector::Vec3;
@@ -25,6 +26,8 @@ struct Path {
 pub struct Direct {
     paths: Vec<Path>,
     vertices: Vec<Vertex>,
+    /// Materials of the vertices that have one of their own.
+    varied: Vec<Material>,
     draws: Draws,
     shadows: Shadows,
 }
@@ -51,6 +54,7 @@ impl Direct {
     /// Finds the vertices of this layer, and leaves the paths and rays that go on behind it.
     fn scatter(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
         self.vertices.clear();
+        self.varied.clear();
         let mut left = 0;
         for index in 0..self.paths.len() {
             let Path {
@@ -67,7 +71,11 @@ impl Direct {
                 continue;
             }
             let ray = samples.rays[index];
-            let material = frame.material(&hit);
+            let constant = frame.material(&hit);
+            let shading = frame
+                .detail
+                .and_then(|detail| detail.shading(frame.trace, &hit, constant));
+            let material = shading.as_ref().map_or(constant, |own| &own.material);
             let opacity = if layer + 1 < LAYERS {
                 material.opacity
             } else {
@@ -78,7 +86,13 @@ impl Direct {
                 let weight = throughput * opacity;
                 samples.radiance[slot] += material.emission * weight;
                 samples.alpha[slot] += weight;
-                self.vertices.push(Vertex::new(slot, weight, &ray, &hit));
+                let mut vertex = Vertex::new(slot, weight, &ray, &hit);
+                if let Some(own) = &shading {
+                    vertex.material = frame.materials.len() + self.varied.len();
+                    self.varied.push(own.material);
+                    own.normal.into_iter().for_each(|n| vertex.shade_with(n));
+                }
+                self.vertices.push(vertex);
             }
             if opacity < 1.0 {
                 let throughput = throughput * (1.0 - opacity);
@@ -106,11 +120,13 @@ impl Direct {
                     .draws
                     .points(frame, samples, &self.vertices, pair, |n| n);
                 for (vertex, &point) in self.vertices.iter().zip(points) {
-                    self.shadows.light(frame, vertex, light, point);
+                    let material = vertex.material(frame.materials, &self.varied);
+                    self.shadows.light(vertex, material, light, point);
                 }
             } else {
                 for vertex in &self.vertices {
-                    self.shadows.light(frame, vertex, light, [0.0, 0.0]);
+                    let material = vertex.material(frame.materials, &self.varied);
+                    self.shadows.light(vertex, material, light, [0.0, 0.0]);
                 }
             }
             self.shadows.gather(frame, samples);
@@ -120,7 +136,7 @@ impl Direct {
                 .draws
                 .points(frame, samples, &self.vertices, first_pair, |n| n);
             for (vertex, &point) in self.vertices.iter().zip(points) {
-                let material = &frame.materials[vertex.material];
+                let material = vertex.material(frame.materials, &self.varied);
                 let drawn = material.draw(vertex.normal, vertex.view, point);
                 if let Some((direction, weight)) = drawn {
                     self.shadows

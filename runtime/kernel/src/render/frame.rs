@@ -1,5 +1,6 @@
 //! What the threads of a render share, and what each does with a tile.
 use super::camera::View;
+use super::detail::Detail;
 use super::direct::Direct;
 use super::film::Layers;
 use super::light::Lights;
@@ -19,6 +20,8 @@ pub struct Frame<'a> {
     pub view: View,
     pub lights: &'a Lights,
     pub materials: &'a [Material],
+    /// What varies over surfaces, if anything does.
+    pub detail: Option<&'a Detail>,
     /// Whether any material lets light through: only then rays are continued.
     pub transparent: bool,
     pub cancelled: &'a AtomicBool,
@@ -46,6 +49,14 @@ impl Frame<'_> {
     /// The material of a hit.
     pub fn material(&self, hit: &Hit) -> &Material {
         &self.materials[hit.material as usize]
+    }
+
+    /// How much of what lies behind a hit is hidden there.
+    pub fn opacity(&self, hit: &Hit) -> f64 {
+        let varying = self
+            .detail
+            .and_then(|detail| detail.opacity(self.trace, hit));
+        varying.unwrap_or_else(|| self.material(hit).opacity)
     }
 
     /// Whether the render should end; checked between batches.

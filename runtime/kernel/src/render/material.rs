@@ -36,6 +36,18 @@ pub struct Parameters {
     pub ior: f64,
 }
 
+impl Parameters {
+    /// How much of what lies behind is hidden, 0 … 1; cut-outs resolved.
+    pub fn hides(&self) -> f64 {
+        let opacity = self.opacity.clamp(0.0, 1.0);
+        if self.opacity_threshold > 0.0 {
+            f64::from(u8::from(opacity >= self.opacity_threshold))
+        } else {
+            opacity
+        }
+    }
+}
+
 /// One microfacet lobe.
 #[derive(Clone, Copy, Debug)]
 struct Lobe {
@@ -79,15 +91,10 @@ impl Material {
             let alpha = (roughness * roughness).max(SMALLEST_ALPHA);
             (f0 != Vec3::ZERO).then_some(Lobe { alpha, f0, f90 })
         };
-        let opacity = p.opacity.clamp(0.0, 1.0);
         let clearcoat = p.clearcoat.clamp(0.0, 1.0);
         Material {
             emission: p.emission,
-            opacity: if p.opacity_threshold > 0.0 {
-                f64::from(u8::from(opacity >= p.opacity_threshold))
-            } else {
-                opacity
-            },
+            opacity: p.hides(),
             albedo,
             // Below 2 % no real surface is: it fades out at grazing incidence too (Lagarde and de
             // Rousiers, "Moving Frostbite to PBR", 2014).

@@ -5,7 +5,9 @@
 //! sample, dimension and seed, every pixel is summed by one thread in the order of its samples, and
 //! no function of the system's mathematical library is called: the picture is the same, bit for
 //! bit, whatever the threads, the batches and the instruction set.
+pub mod attributes;
 pub mod camera;
+pub mod detail;
 mod direct;
 pub mod direction;
 pub mod film;
@@ -16,6 +18,7 @@ mod occlusion;
 pub mod sampler;
 mod samples;
 mod shadows;
+pub mod texture;
 pub mod tile;
 pub mod vector;
 mod vertex;
@@ -23,6 +26,7 @@ mod vertex;
 use crate::lanes::InstructionSet;
 use crate::ray::Trace;
 use camera::{Camera, View};
+use detail::Detail;
 use film::Film;
 use frame::{Frame, Worker};
 use light::Lights;
@@ -34,19 +38,23 @@ use tile::Tile;
 use vector::Vec3;
 
 /// How a scene looks: its light and its surfaces.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Appearance {
     /// All lights; where nothing shines or glows, [`Integrator::Direct`] takes
     /// [`Lights::headlight`].
     pub lights: Lights,
     /// What `Hit::material` counts.
     pub materials: Vec<Material>,
+    /// What varies over surfaces, if anything does.
+    pub detail: Option<Detail>,
 }
 
 impl Appearance {
     /// Whether nothing can be seen by its own light or that of others.
     fn is_dark(&self) -> bool {
-        self.lights.is_dark() && self.materials.iter().all(|m| m.emission == Vec3::ZERO)
+        self.lights.is_dark()
+            && self.materials.iter().all(|m| m.emission == Vec3::ZERO)
+            && !self.detail.as_ref().is_some_and(Detail::glows)
     }
 }
 
@@ -130,10 +138,15 @@ pub fn render(
         view: View::new(picture.camera, width, height),
         lights,
         materials: &appearance.materials,
+        detail: appearance.detail.as_ref(),
         transparent: appearance
             .materials
             .iter()
-            .any(|material| material.opacity < 1.0),
+            .any(|material| material.opacity < 1.0)
+            || appearance
+                .detail
+                .as_ref()
+                .is_some_and(Detail::is_transparent),
         cancelled: &cancelled,
         rays: &rays,
         samples: &samples,

@@ -2,6 +2,7 @@
 use super::direct::LAYERS;
 use super::frame::Frame;
 use super::light::Light;
+use super::material::Material;
 use super::samples::Samples;
 use super::vector::Vec3;
 use super::vertex::{Vertex, beyond};
@@ -22,11 +23,10 @@ struct Contribution {
 }
 
 impl Shadows {
-    /// Adds what `vertex` reflects of a light at that sample point.
+    /// Adds what `vertex`, of that material, reflects of a light at that sample point.
     #[inline(always)]
-    pub fn light(&mut self, frame: &Frame, vertex: &Vertex, light: &Light, point: [f64; 2]) {
+    pub fn light(&mut self, vertex: &Vertex, material: &Material, light: &Light, point: [f64; 2]) {
         if let Some(light) = light.illuminate(vertex.origin, point) {
-            let material = &frame.materials[vertex.material];
             let reflected = material.reflect_light(vertex.normal, vertex.view, &light);
             self.push(vertex, reflected, light.towards, light.distance);
         }
@@ -76,7 +76,7 @@ impl Shadows {
                     samples.radiance[slot] += light;
                     continue;
                 }
-                let opacity = frame.material(&hit).opacity;
+                let opacity = frame.opacity(&hit);
                 if opacity < 1.0 {
                     let light = light * (1.0 - opacity);
                     self.contributions[left] = Contribution { slot, light };

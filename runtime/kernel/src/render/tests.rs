@@ -34,6 +34,7 @@ impl Spheres {
                         instance: index as i64,
                         prototype: 0,
                         material,
+                        primitive: 0,
                     };
                 }
             }
@@ -115,7 +116,11 @@ fn sun(direction: Vec3, degrees: f64) -> Lights {
 }
 
 fn film(scene: &Spheres, lights: Lights, materials: Vec<Material>, picture: &Picture) -> Film {
-    let appearance = Appearance { lights, materials };
+    let appearance = Appearance {
+        lights,
+        materials,
+        detail: None,
+    };
     render(scene, &appearance, picture, &mut |_, _| true).unwrap()
 }
 
@@ -370,6 +375,7 @@ fn an_observer_ends_the_render() {
     let appearance = Appearance {
         lights: sky(1.0),
         materials: vec![matte(0.8, 1.0)],
+        detail: None,
     };
     let long = picture(4096, 1024, Integrator::Direct);
     let mut calls = 0;

@@ -30,6 +30,16 @@ impl Vec3 {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// The vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Vec3) -> Vec3 {
+        Vec3::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
     /// The vector of length 1 in the same direction; NaN for the zero vector.
     #[inline(always)]
     pub fn normalized(self) -> Vec3 {

@@ -1,5 +1,6 @@
 //! A point on a surface that a camera ray sees.
 use super::frame::Frame;
+use super::material::Material;
 use super::sampler::{PixelKey, points};
 use super::samples::Samples;
 use super::vector::Vec3;
@@ -10,13 +11,13 @@ use crate::ray::{Hit, Ray};
 pub struct Vertex {
     /// The slot that sees it.
     pub slot: usize,
-    /// Index of its material.
+    /// Index of its material: of those of the scene, or beyond them, see [`Vertex::material`].
     pub material: usize,
     /// The part of its light that reaches the camera.
     pub weight: f64,
     /// The point, offset to the side that is seen.
     pub origin: Vec3,
-    /// Unit geometric normal on that side.
+    /// Unit normal to shade with, on that side.
     pub normal: Vec3,
     /// Unit vector towards the camera.
     pub view: Vec3,
@@ -41,6 +42,23 @@ impl Vertex {
             normal,
             view,
         }
+    }
+
+    /// Shades with another outward normal; the side that is seen stays that of the geometric one.
+    #[inline]
+    pub fn shade_with(&mut self, outward: Vec3) {
+        self.normal = if outward.dot(self.normal) < 0.0 {
+            -outward
+        } else {
+            outward
+        };
+    }
+
+    /// Its material: one of the scene's, or one made for this vertex alone.
+    #[inline(always)]
+    pub fn material<'a>(&self, scene: &'a [Material], own: &'a [Material]) -> &'a Material {
+        let of_scene = scene.get(self.material);
+        of_scene.unwrap_or_else(|| &own[self.material - scene.len()])
     }
 
     /// The ray from here in a direction on the normal's side.

@@ -112,8 +112,13 @@ impl<F: Scalar> Mesh<F> {
 
     /// The corners of a triangle in object space.
     pub fn corners(&self, triangle: u32) -> [[f64; 3]; 3] {
-        self.triangles[self.first_triangle + triangle as usize]
-            .map(|i| self.points[self.first_point + i as usize])
+        self.corner_points(triangle)
+            .map(|i| self.points[self.first_point + i])
+    }
+
+    /// The corners of a triangle as points of the mesh.
+    pub fn corner_points(&self, triangle: u32) -> [usize; 3] {
+        self.triangles[self.first_triangle + triangle as usize].map(|i| i as usize)
     }
 
     /// Around all points that triangles use.

@@ -7,6 +7,7 @@ mod bundle;
 mod columns;
 mod frustum;
 mod level;
+mod on_triangle;
 mod packet;
 mod precision;
 mod single;
@@ -21,7 +22,7 @@ use self::packet::Packet;
 use self::single::Single;
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves};
-use crate::ray::{Find, Found, FoundColumns, Hit, Ray, Rays, Trace};
+use crate::ray::{Find, Found, FoundColumns, Hit, OnTriangle, Ray, Rays, Trace};
 use crate::scene::Scene;
 
 /// What traversal finds.
@@ -297,6 +298,10 @@ impl<F: Precision> Trace for Scene<F> {
 
     fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
         self.find_any(Rays::Records(rays), occluded);
+    }
+
+    fn on_triangle(&self, hit: &Hit) -> Option<OnTriangle> {
+        self.triangle_of(hit)
     }
 }
 

@@ -114,6 +114,7 @@ impl<F: Scalar> Scene<F> {
             instance: found.instance,
             prototype: index,
             material: forced.unwrap_or(bound),
+            primitive: found.primitive,
         }
     }
 }
