@@ -2,9 +2,9 @@
 
 HermiteCurves become the Bézier curves that they are, with widths linear between their points.
 
-A cubic segment becomes as many tubes as keep their chords within `TOLERANCE` radii of the curve,
-but at most `PIECES`; fewer where a prim would get more than `BUDGET`. Widths are diameters, and 1
-where none are authored.
+A cubic segment becomes as many tubes as keep their chords within `FINE` radii of the curve. Where
+a prim would get more than `MANY` tubes, chords may miss by more, up to `TOLERANCE`; beyond `BUDGET`
+they get what is left. Widths are diameters, and 1 where none are authored.
 """
 
 from __future__ import annotations
@@ -19,9 +19,12 @@ from pxr import UsdGeom
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.round import TOLERANCE, Round, parts
+from compiler.usd.schema import type_of
 from dsl.scene import FloatArray, IntArray, Node
 
-PIECES = 32
+FINE = 0.002
+MANY = 1 << 16
+PIECES = 128
 BUDGET = 1 << 20
 """Tubes of one segment at most, and of one prim unless it has more segments."""
 
@@ -132,14 +135,20 @@ class Segments:
         return np.asarray(np.einsum("ni,nik->nk", weights, self.control[rows]))
 
     def pieces(self) -> IntArray:
-        """Into how many chords each segment is cut.
+        """Into how many chords each segment is cut."""
+        count = self._pieces(FINE)
+        excess = count.sum() / MANY
+        return count if excess <= 1.0 else self._pieces(min(FINE * excess**2, TOLERANCE))
+
+    def _pieces(self, tolerance: float) -> IntArray:
+        """Into how many chords, to miss the curve by that many radii at most.
 
         The chord of one of k parts misses the curve by at most |P''| / 8k², and |P''| is at most 6
         times the largest second difference of the Bézier points.
         """
         second = self.control[:, 2:, :3] - 2.0 * self.control[:, 1:3, :3] + self.control[:, :2, :3]
         bend = np.linalg.norm(second, axis=2).max(axis=1)
-        allowed = TOLERANCE * self.control[:, :, 3].max(axis=1)
+        allowed = tolerance * self.control[:, :, 3].max(axis=1)
         squared = np.divide(0.75 * bend, allowed, out=np.ones_like(bend), where=allowed > 0.0)
         count: IntArray = np.clip(np.ceil(np.sqrt(squared)), 1, PIECES).astype(np.int64)
         return count
@@ -152,7 +161,9 @@ def read_points(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
     if points is None or not len(points):
         report.add("usd-curves", "a prim without points draws nothing", path)
         return []
-    widths, _ = _widths(prim, UsdGeom.Points(prim), clock)
+    widths, interpolation = _widths(prim, UsdGeom.Points(prim), clock)
+    if interpolation == "constant":
+        widths = widths[:1]
     widths = _fitting(widths, len(points), path, report)
     usable = np.isfinite(points).all(axis=1) & np.isfinite(widths) & (widths > 0.0)
     left_out = np.count_nonzero(~usable)
@@ -171,7 +182,7 @@ def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
         report.add("usd-curves", "a prim without points draws nothing", path)
         return []
     counts = np.maximum(counts, 0)
-    hermite = prim.GetTypeName() == "HermiteCurves"
+    hermite = type_of(prim) == "HermiteCurves"
     if hermite:
         tangents = clock.vectors(prim.GetAttribute("tangents"), 3)
         if tangents is None or len(tangents) != len(points) or counts.sum() > len(points):
@@ -201,9 +212,11 @@ def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
 def _radii(prim: Any, curves: Curves, count: int, clock: Clock, report: Report) -> FloatArray:
     """Bézier radii `(s, 4, 1)` of all segments."""
     widths, interpolation = _widths(prim, UsdGeom.Curves(prim), clock)
+    if interpolation == "constant":
+        widths = widths[:1]
     radii = np.nan_to_num(widths, nan=0.0, posinf=0.0, neginf=0.0) / 2.0
     if interpolation == "varying" or (
-        interpolation == "vertex" and prim.GetTypeName() == "HermiteCurves"
+        interpolation == "vertex" and type_of(prim) == "HermiteCurves"
     ):
         radii = _fitting(radii, int(curves.ends.sum()), prim.GetPath(), report)
         return curves.tapers(radii[:, None])
@@ -280,12 +293,22 @@ def _extended(
 
 
 def _widths(prim: Any, schema: Any, clock: Clock) -> tuple[FloatArray, str]:
-    """Widths `(n,)`, at least one, and their interpolation."""
-    value = clock.value(prim.GetAttribute("widths"))
+    """Widths `(n,)`, at least one, and their interpolation; the primvar comes first."""
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
+    authored = bool(primvar) and primvar.HasAuthoredValue()
+    value = clock.value(primvar.GetAttr() if authored else prim.GetAttribute("widths"))
     array = np.atleast_1d(np.asarray(value)) if value is not None else np.empty(0)
     if array.dtype.kind not in "fiu" or array.ndim != 1 or not len(array):
         return np.ones(1), "constant"
-    return array.astype(np.float64), str(schema.GetWidthsInterpolation())
+    array = array.astype(np.float64)
+    if not authored:
+        return array, str(schema.GetWidthsInterpolation())
+    if primvar.IsIndexed():
+        indices = clock.integers(primvar.GetIndicesAttr())
+        sound = indices is not None and len(indices) and indices.min() >= 0
+        if indices is not None and sound and indices.max() < len(array):
+            array = array[indices]
+    return array, str(primvar.GetInterpolation())
 
 
 def _fitting(widths: FloatArray, count: int, path: Any, report: Report) -> FloatArray:

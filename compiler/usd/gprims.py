@@ -14,7 +14,7 @@ from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
-from compiler.usd.schema import KINDS
+from compiler.usd.schema import KINDS, type_of
 from compiler.usd.solids import checked, read_bevel, read_solid
 from compiler.usd.tapered import capsule, frustum
 from compiler.usd.xform import rotation
@@ -194,4 +194,4 @@ class Gprims:
 
 def is_unsupported(prim: Any) -> bool:
     """Whether a prim has a surface or volume that is not drawn; types with a reader come first."""
-    return bool(prim.IsA(UsdGeom.Boundable) and prim.GetTypeName() not in ("SkelRoot", "Skeleton"))
+    return bool(prim.IsA(UsdGeom.Boundable) and type_of(prim) not in ("SkelRoot", "Skeleton"))

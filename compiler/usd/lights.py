@@ -17,6 +17,7 @@ from pxr import Gf, UsdLux
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
+from compiler.usd.schema import type_of
 from dsl.scene import Color, Origin, PointLight, Sky, Sun
 
 Light = Sun | PointLight | Sky
@@ -32,7 +33,7 @@ def read_light(
     `world_from_light` is a Gf.Matrix4d (row vectors).
     """
     path = prim.GetPath()
-    kind = prim.GetTypeName()
+    kind = type_of(prim)
     emission = _emission(prim, clock)
     for name in ("light:filters", "light:link"):
         relationship = prim.GetRelationship(name)

@@ -12,7 +12,7 @@ from compiler.usd.clock import Clock
 from compiler.usd.options import StageOptions
 from compiler.usd.primvars import Primvars
 from compiler.usd.report import Report
-from compiler.usd.skinning import Skinning, is_skinned
+from compiler.usd.skinning import Skinning
 from compiler.usd.surfaces import MeshSurface, read_mesh
 from dsl.scene import Material, Mesh
 
@@ -27,19 +27,26 @@ class Meshes:
         appearance: Appearance,
         options: StageOptions,
         coarser: int,
+        skinning: Skinning,
     ) -> None:
         self._clock = clock
         self._report = report
         self._options = options
         self._coarser = coarser
-        self._skinning = Skinning(clock, report)
+        self._skinning = skinning
         self._appearance = appearance
         self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
         self._parts: dict[tuple[Sdf.Path, bytes, tuple[str, ...]], list[Mesh]] = {}
         self._primvars = Primvars(clock, report)
 
     def parts(
-        self, prim: Any, binding: Binding | None, display: Display | None, base: Base
+        self,
+        prim: Any,
+        binding: Binding | None,
+        display: Display | None,
+        base: Base,
+        *,
+        skinned: bool,
     ) -> list[tuple[Mesh, Material | None]]:
         """The meshes of a prim, one per material, each with its material.
 
@@ -47,7 +54,7 @@ class Meshes:
         GeomSubset take the subset's binding, all others the mesh's, or else the display colour.
         """
         # Instances of one skinned mesh may be moved by different animations.
-        path = prim.GetPath() if is_skinned(prim) else _shared_path(prim)
+        path = prim.GetPath() if skinned else _shared_path(prim)
         if path not in self._surfaces:
             self._surfaces[path] = read_mesh(
                 prim,
@@ -55,7 +62,7 @@ class Meshes:
                 self._report,
                 self._options,
                 self._coarser,
-                self._skinning,
+                self._skinning if skinned else None,
             )
         surface = self._surfaces[path]
         if surface is None:

@@ -1,4 +1,4 @@
-"""Many balls and tubes as batches of instances of one of each."""
+"""Many balls and tubes: batches of instances of one of each, and meshes of tapered tubes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dsl.scene import (
     FloatArray,
     Instances,
     IntArray,
+    Mesh,
     Node,
     Shape,
     ShapeKind,
@@ -18,6 +19,14 @@ from dsl.scene import (
 
 TOLERANCE = 0.05
 """By how much tubes may miss a surface, in the larger one of its radii at their ends."""
+
+STRAIGHT = 1e-6
+"""Radii that differ by less, in parts of them, are the same."""
+
+TRIANGLES = 1 << 19
+SIDES = (32, 1024)
+"""Triangles of the tapered tubes of a prim, and corners of their circles: as many as fit, in these
+bounds. Tubes that do not fit become steps of straight ones."""
 
 
 class Round:
@@ -38,9 +47,16 @@ class Round:
     def tubes(self, starts: FloatArray, ends: FloatArray, radii: FloatArray) -> list[Node]:
         """Tubes from `starts` to `ends` `(n, 3)` with the `radii` `(n, 2)` of both.
 
-        Tapered ones become steps of straight ones within the tolerance. What has no length or no
-        radius is left out.
+        Tapered ones are the walls of a mesh, or, if they are too many, steps of straight ones
+        within the tolerance. What has no length or no radius is left out.
         """
+        even = np.isclose(radii[:, 0], radii[:, 1], rtol=STRAIGHT, atol=0.0)
+        tapered = ~even & (starts != ends).any(axis=1)
+        sides = TRIANGLES // (2 * max(int(np.count_nonzero(tapered)), 1))
+        if tapered.any() and sides >= SIDES[0]:
+            cones = _cones(starts[tapered], ends[tapered], radii[tapered], min(sides, SIDES[1]))
+            straight = ~tapered
+            return [cones, *self.tubes(starts[straight], ends[straight], radii[straight])]
         starts, ends, radii = _stepped(starts, ends, radii)
         axes = ends - starts
         lengths = np.linalg.norm(axes, axis=1)
@@ -53,6 +69,25 @@ class Round:
         columns = (radii * side, axes, radii * other, starts[long])
         matrices = np.stack(columns, axis=2).reshape(-1, 12)
         return [Instances(self._tube, Transform((Step(StepKind.MATRIX, matrices),)))]
+
+
+def _cones(starts: FloatArray, ends: FloatArray, radii: FloatArray, sides: int) -> Mesh:
+    """The walls of truncated cones; chords of their circles miss by as much on either side."""
+    axes = ends - starts
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    side = _across(axes)
+    other = np.cross(axes, side)
+    turns = 2.0 * np.pi * np.arange(sides) / sides
+    around = np.cos(turns)[:, None] * side[:, None] + np.sin(turns)[:, None] * other[:, None]
+    reach = 2.0 / (1.0 + np.cos(np.pi / sides))
+    rings = np.stack((starts, ends), axis=1)[:, :, None] + (
+        reach * radii[:, :, None, None] * around[:, None]
+    )
+    here = 2 * sides * np.arange(len(starts))[:, None] + np.arange(sides)
+    following = np.roll(here, -1, axis=1)
+    low = np.stack((here, following, here + sides), axis=-1)[radii[:, 0] > 0.0]
+    high = np.stack((following, following + sides, here + sides), axis=-1)[radii[:, 1] > 0.0]
+    return Mesh(rings.reshape(-1, 3), np.concatenate((low.reshape(-1, 3), high.reshape(-1, 3))))
 
 
 def _stepped(

@@ -10,20 +10,25 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdSkel, Vt
+from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.xform import world_matrix
-from dsl.scene import FloatArray
+from dsl.scene import FloatArray, Step, StepKind
 
+_JOINTS = "skel:jointIndices"
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
-def is_skinned(prim: Any) -> bool:
-    """Whether a prim says which joints or blend shapes move its points."""
+def is_skinned(prim: Any, below_root: bool) -> bool:
+    """Whether joints or blend shapes move a prim; below a SkelRoot it inherits joints."""
+    if below_root:
+        joints = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(_JOINTS)
+    else:
+        joints = UsdGeom.PrimvarsAPI(prim).GetPrimvar(_JOINTS)
     return bool(
-        prim.GetAttribute("primvars:skel:jointIndices").HasAuthoredValue()
+        (joints and joints.HasAuthoredValue())
         or prim.GetRelationship("skel:blendShapeTargets").HasAuthoredTargets()
     )
 
@@ -37,14 +42,30 @@ class Skinning:
         self._cache = UsdSkel.Cache()
         self._skeletons: dict[Sdf.Path, dict[Sdf.Path, Any]] = {}
 
+    def steps(self, prim: Any) -> tuple[Step, ...]:
+        """How a prim is moved that all points of have the same joints; none (reported) if not."""
+        query = self._cache.GetSkinningQuery(prim) if self._skeleton(prim) else None
+        if query and query.HasJointInfluences() and not query.IsRigidlyDeformed():
+            message = (
+                "prims other than meshes whose points have joints of their own stay as they are"
+            )
+            self._report.add("usd-skinning", message, prim.GetPath())
+            return ()
+        frame = np.concatenate((np.zeros((1, 3)), np.eye(3)))
+        origin, *ends = self.posed(prim, frame)
+        columns = [*(end - origin for end in ends), origin]
+        return (Step(StepKind.MATRIX, np.stack(columns, axis=1).ravel()),)
+
     def posed(self, prim: Any, points: FloatArray) -> FloatArray:
-        """The points `(n, 3)` of a skinned mesh in its own space; in rest where that fails."""
+        """The points `(n, 3)` of a skinned prim in its own space; in rest where that fails."""
         path = prim.GetPath()
         skeleton = self._skeleton(prim)
         query = self._cache.GetSkinningQuery(prim) if skeleton else None
         bones = self._cache.GetSkelQuery(skeleton) if skeleton else None
         if not query or not bones:
-            self._report.add("usd-skinning", "meshes without a skeleton stay as they are", path)
+            self._report.add(
+                "usd-skinning", "skinned prims without a skeleton stay as they are", path
+            )
             return points
         points = self._blended(prim, query, bones, points)
         if not query.HasJointInfluences():

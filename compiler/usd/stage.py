@@ -20,6 +20,7 @@ from compiler.usd.opening import open_stage, sentence
 from compiler.usd.options import StageOptions
 from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
+from compiler.usd.schema import type_of
 from compiler.usd.settings import first_camera, read_settings, render_settings
 from compiler.usd.traverse import Inherited, Traversal
 from compiler.usd.xform import world_matrix, world_steps
@@ -98,7 +99,7 @@ def _import(
 
 def _coarsening(stage: Any, root: Any, clock: Clock, report: Report) -> int:
     roots = [root, *stage.GetPrototypes()]
-    meshes = [p for r in roots for p in Usd.PrimRange(r, _LOADED) if p.GetTypeName() == "Mesh"]
+    meshes = [p for r in roots for p in Usd.PrimRange(r, _LOADED) if type_of(p) == "Mesh"]
     coarser = coarsening(meshes, clock)
     if coarser:
         message = f"the stage's {len(meshes)} meshes are refined {coarser} times less, for so many"
@@ -126,7 +127,7 @@ def _placed(prim: Any, traversal: Traversal, name: str) -> list[Node]:
     path = str(prim.GetPath())
     origin = Origin(PrimPlace(name, path), path)
     clock, report = traversal.clock, traversal.report
-    if prim.GetTypeName() == "Camera":
+    if type_of(prim) == "Camera":
         camera = read_camera(prim, clock, report, origin)
         if camera is None:
             return []

@@ -12,6 +12,7 @@ from compiler.usd.clock import Clock
 from compiler.usd.opening import open_stage
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
+from compiler.usd.schema import type_of
 from compiler.usd.stage import collected_warnings, one_at_a_time
 
 LISTED = 20
@@ -41,7 +42,7 @@ def _summary(
 ) -> dict[str, Any]:
     prims = list(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
     found = (stage.GetPrimAtPath(path) for path in drawn)
-    known = {str(prim.GetTypeName()) for prim in found if prim}
+    known = {type_of(prim) for prim in found if prim}
     layers = [layer.GetDisplayName() for layer in stage.GetUsedLayers() if not layer.anonymous]
     cameras = [str(prim.GetPath()) for prim in prims if prim.IsA(UsdGeom.Camera)]
     ranged = stage.HasAuthoredTimeCodeRange()
@@ -78,7 +79,7 @@ def _types(
             if imageable.GetPurposeAttr().HasAuthoredValue():
                 purpose = clock.token(imageable.GetPurposeAttr()) or purpose
         passed[prim.GetPath()] = (visible, purpose)
-        kind = str(prim.GetTypeName()) or "typeless"
+        kind = type_of(prim) or "typeless"
         count = counts.setdefault(kind, Counter())
         count["there"] += 1
         if not prim.IsA(UsdGeom.Boundable) or prim.HasAPI(UsdLux.LightAPI):

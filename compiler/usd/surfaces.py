@@ -15,7 +15,8 @@ from compiler.usd.options import StageOptions
 from compiler.usd.polygons import triangulate, usable_faces
 from compiler.usd.refinement import SCHEMES, refined
 from compiler.usd.report import Report
-from compiler.usd.skinning import Skinning, is_skinned
+from compiler.usd.schema import type_of
+from compiler.usd.skinning import Skinning
 from dsl.scene import FloatArray, IntArray, Mesh, MeshAttribute
 
 
@@ -69,17 +70,18 @@ def read_mesh(
     report: Report,
     options: StageOptions,
     coarser: int,
-    skinning: Skinning,
+    skinning: Skinning | None,
 ) -> MeshSurface | None:
     """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
 
     Subdivision meshes are refined to their limit surface if asked for, `coarser` times less than
-    their faces allow (see `compiler.usd.refinement`). Normals of triangles point outwards by the
-    prim's `orientation`. Faces in `holeIndices` are left out, but shape those around them.
+    their faces allow (see `compiler.usd.refinement`); `skinning` poses them, if any. Normals of
+    triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left
+    out, but shape those around them.
     """
     path = prim.GetPath()
     points = clock.vectors(prim.GetAttribute("points"), 3)
-    if prim.GetTypeName() == "TetMesh":
+    if type_of(prim) == "TetMesh":
         counts, indices = _surface_of_tetrahedra(prim, clock)
     else:
         counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
@@ -98,7 +100,7 @@ def read_mesh(
         report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
         return None
     points = exact_points(prim, points, clock, report)
-    if is_skinned(prim):
+    if skinning is not None:
         points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)
     scheme = clock.token(prim.GetAttribute("subdivisionScheme")) or "none"

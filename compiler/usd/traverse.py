@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pxr import Sdf, Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdSkel
 
 from compiler.usd.appearance import Appearance, Base, has_collection_bindings
 from compiler.usd.clock import Clock
@@ -21,8 +21,9 @@ from compiler.usd.meshes import Meshes
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.round import Round
+from compiler.usd.schema import type_of
 from compiler.usd.sheets import is_singular, pressed
-from compiler.usd.skinning import is_skinned
+from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.unused import Unused
 from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
@@ -50,6 +51,7 @@ class Inherited:
     purpose: str = "default"
     collections: bool = False  # whether a material collection above may single out prims
     prototype: bool = False  # whether a point instancer above draws it
+    skeletal: bool = False  # whether it is a SkelRoot, or below one
 
 
 @dataclass(slots=True)
@@ -101,7 +103,8 @@ class Traversal:
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._round = Round()
-        self._meshes = Meshes(clock, report, self.appearance, options, coarser)
+        self._skinning = Skinning(clock, report)
+        self._meshes = Meshes(clock, report, self.appearance, options, coarser, self._skinning)
         self._frames: dict[tuple[object, ...], tuple[Frame, Node | None, Node | None]] = {}
         self._open: list[tuple[object, ...]] = []
 
@@ -199,12 +202,13 @@ class Traversal:
             if attribute.HasAuthoredValue():
                 purpose = self.clock.token(attribute) or purpose
         collections = above.collections or has_collection_bindings(prim)
-        return Inherited(visible, purpose, collections, above.prototype)
+        skeletal = above.skeletal or prim.IsA(UsdSkel.Root)
+        return Inherited(visible, purpose, collections, above.prototype, skeletal)
 
     def _draw(self, visit: Visit, frame: Frame) -> None:
         """Make the nodes of one prim, in its own space."""
         prim, inherited = visit.prim, visit.inherited
-        kind = str(prim.GetTypeName())
+        kind = type_of(prim)
         if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
             if self._options.surroundings:
                 frame.placed.append(frame.base.label(prim.GetPath()))
@@ -243,6 +247,16 @@ class Traversal:
             self.report.add("usd-attribute", message, prim.GetPath())
         return inherited.purpose in self._options.purposes
 
+    def _is_skinned(self, visit: Visit, frame: Frame) -> bool:
+        """Whether joints move a prim; animations are those of the instance around it."""
+        skinned = is_skinned(visit.prim, visit.inherited.skeletal)
+        if skinned and visit.prim.IsInstanceProxy():
+            frame.shared = False
+        return skinned
+
+    def _pose(self, visit: Visit, frame: Frame) -> tuple[Step, ...]:
+        return self._skinning.steps(visit.prim) if self._is_skinned(visit, frame) else ()
+
     def _draw_gprim(self, visit: Visit, frame: Frame, kind: str) -> None:
         placed = self._gprims.read(kind, visit.prim)
         if placed is None:
@@ -250,6 +264,7 @@ class Traversal:
         shape, steps = placed
         child = bound(shape, self.material(visit.prim, frame))
         origin = self.origin(visit.prim, frame)
+        steps += self._pose(visit, frame)
         visit.own.append(Instances(child, Transform(steps), origin=origin))
 
     def _draw_mesh(self, visit: Visit, frame: Frame) -> None:
@@ -258,10 +273,11 @@ class Traversal:
         display = None if binding else self.appearance.display(prim, frame.base)
         if display is not None and display.below and display.above:
             frame.shared = False
-        if is_skinned(prim) and prim.IsInstanceProxy():
-            frame.shared = False
+        skinned = self._is_skinned(visit, frame)
         origin = self.origin(prim, frame)
-        for mesh, material in self._meshes.parts(prim, binding, display, frame.base):
+        for mesh, material in self._meshes.parts(
+            prim, binding, display, frame.base, skinned=skinned
+        ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
     def _draw_round(self, visit: Visit, frame: Frame, kind: str) -> None:
@@ -269,7 +285,8 @@ class Traversal:
         node = _group(read(visit.prim, self._round, self.clock, self.report))
         if node is not None:
             child = bound(node, self.material(visit.prim, frame))
-            visit.own.append(Instances(child, Transform(), origin=self.origin(visit.prim, frame)))
+            posed = Transform(self._pose(visit, frame))
+            visit.own.append(Instances(child, posed, origin=self.origin(visit.prim, frame)))
 
     def material(self, prim: Any, frame: Frame) -> Material | None:
         """The material that belongs to the frame; None where it comes from above, or nowhere."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from dsl.scene import ShapeKind
 
@@ -68,6 +69,12 @@ SOLIDS: dict[ShapeKind, tuple[Parameter, ...]] = {
     ),
 }
 """Typed prims by kind; their values, joined, are `dsl.scene.SHAPE_PARAMETERS[kind]`."""
+
+
+def type_of(prim: Any) -> str:
+    """The type that a prim is read as: its own, or the fallback that its stage names for it."""
+    own = str(prim.GetTypeName())
+    return own if own in KINDS else str(prim.GetPrimTypeInfo().GetSchemaTypeName()) or own
 
 
 def type_name(kind: ShapeKind) -> str:

@@ -11,7 +11,7 @@ import pytest
 
 from compiler.flatten import flatten
 from compiler.provenance import object_path
-from compiler.usd.round import TOLERANCE
+from compiler.usd.curves import FINE
 from dsl.diagnostics import Diagnostic
 from dsl.scene import File, Node
 from runtime.tracer import Hits, Tracer
@@ -87,8 +87,8 @@ def BasisCurves "c" {{
     assert hits.hit.all()
     assert paths == {"/c"}
     apart = np.linalg.norm(hits.position[:, None] - dense, axis=2).min(axis=1)
-    # A chord is within the tolerance of the curve, and so is its tube.
-    assert (np.abs(apart - 0.2) < 0.2 * (TOLERANCE + 0.02)).all()
+    # A chord is within the tolerance of the curve, and so is its tube; the points are apart too.
+    assert (np.abs(apart - 0.2) < 0.2 * (FINE + 0.01)).all()
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,36 @@ def BasisCurves "c" {{
     origins = np.array([(x, 0.0, 5.0) for x in at])
     hits, _ = trace(imported, origins, np.tile((0.0, 0.0, -1.0), (len(at), 1)))
     radii = np.array(list(at.values()))
-    assert (np.abs(5.0 - hits.t - radii) <= TOLERANCE * max(radii)).all()
+    np.testing.assert_allclose(5.0 - hits.t, radii, atol=1e-4)
+
+
+@pytest.mark.parametrize("primvar", [False, True])
+def test_tapered_tubes_are_cones(load: Callable[..., Any], primvar: bool) -> None:
+    widths = "float[] widths = [2, 0.5]"
+    if primvar:
+        widths = """float[] widths = [9]
+    float[] primvars:widths = [0.5, 2] (interpolation = "vertex")
+    int[] primvars:widths:indices = [1, 0]"""
+    imported = load(f"""
+def BasisCurves "c" {{
+    uniform token type = "linear"
+    int[] curveVertexCounts = [2]
+    point3f[] points = [(0, 0, 0), (4, 0, 0)]
+    {widths}
+}}
+""")
+    assert imported.diagnostics == []
+    random = np.random.default_rng(8)
+    along = random.uniform(1.5, 3.5, 200)
+    turn = random.uniform(0.0, 2.0 * np.pi, 200)
+    out = np.stack((np.zeros(200), np.cos(turn), np.sin(turn)), axis=1)
+    origins = 5.0 * out
+    origins[:, 0] = along
+    hits, _ = trace(imported, origins, -out)
+    slope = 0.75 / 4.0
+    np.testing.assert_allclose(hits.t, 5.0 - (1.0 - slope * along), atol=1e-5)
+    normals = (out + np.array((slope, 0.0, 0.0))) / np.hypot(1.0, slope)
+    assert (np.einsum("ij,ij->i", hits.normal, normals) > 1.0 - 1e-4).all()
 
 
 def test_points_are_balls_in_place(load: Callable[..., Any]) -> None:
@@ -194,12 +223,12 @@ def BasisCurves "c" {{
 }}
 """
     tubes = [leaf for leaf in load(stage).leaves if leaf.node.kind == "cylinder"]
-    assert len(tubes) == 20 * 32
+    assert len(tubes) == 20 * 128
     monkeypatch.setattr("compiler.usd.curves.BUDGET", 100)
     imported = load(stage)
     tubes = [leaf for leaf in imported.leaves if leaf.node.kind == "cylinder"]
     assert 80 <= len(tubes) <= 100
-    assert "640 tubes" in imported.said("fewer").message
+    assert "2560 tubes" in imported.said("fewer").message
 
 
 def test_hermite_curves_are_the_bezier_curves_they_are(load: Callable[..., Any]) -> None:

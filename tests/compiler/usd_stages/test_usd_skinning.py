@@ -73,6 +73,36 @@ def test_joints_move_points_by_their_weights(
     np.testing.assert_allclose(world, np.add(points, (100, 0, 0)), atol=1e-6)
 
 
+def test_what_inherits_joints_moves_with_them(load: Callable[..., Any]) -> None:
+    held = """
+    def Xform "held" (prepend apiSchemas = ["SkelBindingAPI"]) {
+        rel skel:skeleton = </arm/bones>
+        uniform token[] skel:joints = ["upper/lower"]
+        int[] primvars:skel:jointIndices = [0] (elementSize = 1)
+        float[] primvars:skel:jointWeights = [1] (elementSize = 1)
+        def Mesh "m" {
+            point3f[] points = [(2, 0, 0), (4, 0, 0), (2, 1, 0)]
+            int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
+            uniform token subdivisionScheme = "none"
+        }
+        def Cube "c" {
+            double3 xformOp:translate = (3, 0, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+        }
+    }
+}
+"""
+    imported = load(ARM.rstrip()[:-1] + held, time=10.0)
+    assert imported.diagnostics == []
+    mesh, cube = imported.leaf("/arm/held/m"), imported.leaf("/arm/held/c")
+    # The lower arm turns by 90° about (2, 0, 0). Joints place a prim: its own place is not used.
+    moved = mesh.node.points + mesh.world[:3, 3]
+    np.testing.assert_allclose(moved, [(102, 0, 0), (102, 2, 0), (101, 0, 0)], atol=1e-6)
+    turned = [(0, -1, 0, 102), (1, 0, 0, -2), (0, 0, 1, 0), (0, 0, 0, 1)]
+    np.testing.assert_allclose(cube.world, turned, atol=1e-5)
+
+
 def test_instances_are_posed_by_their_own_animations(load: Callable[..., Any]) -> None:
     body = ARM.replace('def SkelRoot "arm"', 'class SkelRoot "_arm"').replace("</arm/", "</_arm/")
     still = """

@@ -223,6 +223,23 @@ def test_the_up_axis_is_said_and_moves_nothing(load: Callable[..., Any]) -> None
     assert load('(\nupAxis = "Y"\n)\ndef Cube "c" {\n}').others == []
 
 
+def test_unknown_types_are_read_as_what_their_stage_falls_back_to(
+    load: Callable[..., Any],
+) -> None:
+    imported = load("""
+(
+    fallbackPrimTypes = {
+        token[] OtherBall = ["OtherSolid", "Sphere"]
+    }
+)
+def OtherBall "b" {
+    double radius = 2
+}
+""")
+    assert imported.diagnostics == []
+    assert imported.leaf("/b").node.parameters == (2.0,)
+
+
 def test_unsupported_prims_are_reported_with_their_paths(load: Callable[..., Any]) -> None:
     imported = load("""
 def NurbsCurves "hair" {
