@@ -73,7 +73,7 @@ class Fuzzer:
         if name == "ir_text":
             return damaged_text(self.random, self.irs)
         grown = (program(self.random), text_of(self.random.randrange(2**64)))
-        if self.random.random() < 0.2:
+        if self.random.random() < (0.5 if name == "formatter" else 0.2):
             return self.random.choice(grown)
         return damaged_text(self.random, [*grown, *self.random.sample(self.sources, 8)])
 

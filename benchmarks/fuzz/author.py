@@ -2,35 +2,40 @@
 
 from __future__ import annotations
 
+import re
 from random import Random
 
-HEAD = """\
-param size = 2 in 1..3
-let clay = matte(rgb(0.8, 0.5, 0.4))
-let gold = metal(rgb(1, 0.8, 0.3))
-let r = [1, 2, 3]
-let w = [0.5, 2, 4]
-let v = (1, 2, 3)
-let k = 2
-let leaf = cone().rotate_z(20deg)
-let kinds = [sphere(), leaf, box(size: (1, 2, 3))]
-let pair = {
-  sphere()
-  box().translate(0, 2, 0)
+NAMES = {
+    "size": "param size = 2 in 1..3",
+    "clay": "let clay = matte(rgb(0.8, 0.5, 0.4))",
+    "gold": "let gold = metal(rgb(1, 0.8, 0.3))",
+    "r": "let r = [1, 2, 3]",
+    "w": "let w = [0.5, 2, 4]",
+    "v": "let v = (1, 2, 3)",
+    "k": "let k = 2",
+    "leaf": "let leaf = cone().rotate_z(20deg)",
+    "kinds": "let kinds = [sphere(), leaf, box(size: (1, 2, 3))]",
+    "pair": "let pair = {\nsphere()\nbox().translate(0, 2, 0)\n}",
+    "one": "fn one(x) { torus().translate(x, 0, 0) }",
+    "two": "fn two(x, y = x * 2) {\ncylinder().scale(1, 1 + abs(y), 1)\npair.translate(0, 0, x)\n}",
+    "three": "fn three(x) { if x > 1 { three(x - 1).translate(1, 0, 0) } else { disc() } }",
+    "power": "fn power(x, n) { if n <= 0 { 1 } else { x * power(x, n - 1) } }",
+    "sum": "fn sum(list, n) { if n < 1 { 0 } else { list[n - 1] + sum(list, n - 1) } }",
 }
-fn one(x) { torus().translate(x, 0, 0) }
-fn two(x, y = x * 2) {
-  cylinder().scale(1, 1 + abs(y), 1)
-  pair.translate(0, 0, x)
-}
-fn three(x) { if x > 1 { three(x - 1).translate(1, 0, 0) } else { disc() } }
-fn power(x, n) { if n <= 0 { 1 } else { x * power(x, n - 1) } }
-fn sum(list, n) { if n < 1 { 0 } else { list[n - 1] + sum(list, n - 1) } }
-"""
+"""Definitions that a body may use, each after those that it uses itself."""
+
+
+def _with_names(body: str) -> str:
+    """The program of a body and the definitions that it uses."""
+    text = body
+    for name, definition in reversed(NAMES.items()):
+        if re.search(rf"\b{name}\b", text):
+            text = f"{definition}\n{text}"
+    return text
 
 
 def program(random: Random) -> str:
-    """A program with one loop, of six or eight iterations, over a random body."""
+    """A program with one loop, of three to eight iterations, over a random body."""
     return _Author(random).program()
 
 
@@ -40,14 +45,14 @@ class _Author:
 
     def program(self) -> str:
         ranges = self.one(
-            "i in 0..3, j in [1, 3]",
-            "i in 0..6",
-            "i in [0.5, -1, 7], j in 1..3",
+            "i in 0..2, j in [1, 3]",
+            "i in 0..4",
+            "i in [0.5, -1, 7]",
             "i in 0..2, j in 0..2, k in 1..3",
         )
-        head = HEAD if "j in" in ranges else f"{HEAD}let j = 3\n"
         body = "\n".join(self.statement(2) for _ in range(self.random.randrange(1, 3)))
-        return f"{head}for {ranges} {{\n{body}\n}}\n"
+        loop = f"for {ranges} {{\n{body}\n}}\n"
+        return _with_names(loop if "j in" in ranges else f"let j = 3\n{loop}")
 
     def one(self, *options: str) -> str:
         return self.random.choice(options)

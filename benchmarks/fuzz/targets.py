@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from compiler.flatten import flatten
 from compiler.ir import COLUMNS, SceneIR
 from compiler.ir_binary import read_ir, write_ir
@@ -83,6 +81,13 @@ def meaning(text: str) -> object:
     return plain(module.body)
 
 
+_PLACES = {
+    *("instance_source", "source_parent", "source_origin", "source_index", "origins"),
+    *("text_ends", "text_bytes"),
+}
+"""Columns that tell where leaves come from: what they tell is to agree, not how it is packed."""
+
+
 def ways(text: str) -> None:
     """A loop evaluated in all iterations at once, and one after the other, is the same scene."""
     module, faults = parse(Source("scene.ovo", text))
@@ -93,9 +98,8 @@ def ways(text: str) -> None:
     assert (ir is None) is (expected is None)
     if expected is None or ir is None or judge is None or graph is None:
         return
-    assert print_ir(ir) == print_ir(expected)
-    for column in ("world_from_object", "object_from_world", "translation_low"):
-        np.testing.assert_array_equal(getattr(ir, column), getattr(expected, column))
+    for column in COLUMNS.keys() - _PLACES:
+        assert getattr(ir, column).tobytes() == getattr(expected, column).tobytes(), column
     count = len(expected.instance_target)
     for leaf in {0, 1, count // 3, count // 2, count - 2, count - 1}.intersection(range(count)):
         assert object_path(ir, leaf) == object_path(expected, leaf)
