@@ -15,6 +15,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdSkel
 from compiler.usd.appearance import Appearance, Base, has_collection_bindings
 from compiler.usd.clock import Clock
 from compiler.usd.curves import read_curves, read_points
+from compiler.usd.draw_modes import draw_stand_in, stand_in
 from compiler.usd.gprims import Gprims, is_unsupported
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
@@ -39,7 +40,6 @@ DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
 
-STAND_INS = frozenset({"bounds", "cards", "origin"})
 PURPOSES = frozenset({"default", "render", "proxy", "guide"})
 
 
@@ -73,11 +73,15 @@ class Frame:
 
 @dataclass(slots=True)
 class Visit:
-    """A prim on the way: `below` collects the nodes of its children, last child first."""
+    """A prim on the way: `below` collects the nodes of its children, last child first.
+
+    `mode` is the draw mode that shows the prim and those below it by something else.
+    """
 
     prim: Any
     parent: int
     inherited: Inherited
+    mode: str = ""
     own: list[Node] = field(default_factory=list)
     below: list[Node] = field(default_factory=list)
 
@@ -185,9 +189,11 @@ class Traversal:
             parent = ancestors[-1] if ancestors else -1
             passed = visits[parent].inherited if ancestors else above
             at_base = inside and not visits
-            visits.append(Visit(prim, parent, passed if at_base else self._inherit(passed, prim)))
+            mode = "" if at_base else stand_in(prim)
+            inherited = passed if at_base else self._inherit(passed, prim)
+            visits.append(Visit(prim, parent, inherited, mode))
             ancestors.append(len(visits) - 1)
-            if not at_base and (prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer)):
+            if mode or (not at_base and (prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer))):
                 prims.PruneChildren()
         return visits
 
@@ -216,13 +222,13 @@ class Traversal:
                 return
         if inherited.visible and inherited.purpose in self._options.purposes:
             self._unused.check(prim, kind)
+        if visit.mode:
+            self._draw_stand_in(visit, frame)
+            return
         if prim.IsA(UsdGeom.PointInstancer):
             if inherited.visible:
                 visit.own += point_batches(self, prim, inherited, frame)
             return
-        if self.clock.token(prim.GetAttribute("model:drawMode")) in STAND_INS:
-            message = "a draw mode is not used: the model itself is drawn"
-            self.report.add("usd-attribute", message, prim.GetPath())
         if self._is_drawn(prim, kind, inherited):
             if kind in ("Mesh", "TetMesh"):
                 self._draw_mesh(visit, frame)
@@ -256,6 +262,14 @@ class Traversal:
 
     def _pose(self, visit: Visit, frame: Frame) -> tuple[Step, ...]:
         return self._skinning.steps(visit.prim) if self._is_skinned(visit, frame) else ()
+
+    def _draw_stand_in(self, visit: Visit, frame: Frame) -> None:
+        prim, inherited, purposes = visit.prim, visit.inherited, self._options.purposes
+        if inherited.visible and inherited.purpose in purposes:
+            node = draw_stand_in(prim, visit.mode, purposes, self.clock, self.report)
+            if node is not None:
+                origin = self.origin(prim, frame)
+                visit.own.append(Instances(node, Transform(), origin=origin))
 
     def _draw_gprim(self, visit: Visit, frame: Frame, kind: str) -> None:
         placed = self._gprims.read(kind, visit.prim)

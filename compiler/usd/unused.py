@@ -142,7 +142,9 @@ _OF_ALL = {
     "extent",
     "extentsHint",
     "model:applyDrawMode",
+    "model:cardGeometry",
     "model:drawMode",
+    "model:drawModeColor",
     "orientation",  # of a quadric, whose outside is outside
     "primvars:displayColor",
     "primvars:displayOpacity",

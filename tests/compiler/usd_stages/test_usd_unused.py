@@ -79,7 +79,9 @@ READ = {
 """What is honoured of each type that is; all else must have a line in the report."""
 
 READ_OF_SCHEMAS = {
-    "GeomModelAPI": {"model:applyDrawMode", "model:drawMode"},
+    "GeomModelAPI": {
+        "model:applyDrawMode", "model:cardGeometry", "model:drawMode", "model:drawModeColor",
+    },
     "OvoloBevelAPI": {"ovolo:bevel"},
     "OvoloCameraAPI": {"ovolo:clippingRange", "ovolo:freeAspect"},
     "OvoloInstancerAPI": {"ovolo:transforms"},
