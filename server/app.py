@@ -11,6 +11,7 @@ from runtime import _kernel
 from server import openapi, problems
 from server.routes import health, rays, render, scenes
 from server.settings import Settings
+from server.strangers import NoStrangers
 from server.workshop import Workshop
 
 
@@ -37,5 +38,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in (health, scenes, render, rays):
         app.include_router(module.router)
     problems.install(app)
+    app.add_middleware(NoStrangers, hosts=settings.hosts)
     app.openapi = openapi.describe(app)  # type: ignore[method-assign]  # FastAPI's own way
     return app

@@ -8,7 +8,9 @@ from typing import TypeVar
 
 from fastapi import Request
 from pydantic import BaseModel, ValidationError
+from pydantic_core import from_json
 
+from dsl.suggest import did_you_mean
 from server.problems import Problem
 from server.settings import Settings
 
@@ -29,11 +31,17 @@ class Body:
         """The model in the body: JSON or, with `text`, the scene program itself as plain text.
 
         Beside plain text, the model's other fields are the query's parameters; `params.count=12` is
-        an entry of the field `params`. Raises the
-        problem 415 for other media types, 422 for a body that does not fit the model.
+        an entry of the field `params`. Raises the problem 415 for other media types, 422 for a body
+        that does not fit the model.
         """
         if self.media_type == JSON:
-            return validate(model, self.content)
+            try:
+                value = from_json(self.content, allow_inf_nan=False)
+            except ValueError as error:
+                raise Problem(422, "invalid-body", f"the body is not JSON: {error}") from None
+            if not isinstance(value, dict):
+                raise Problem(422, "invalid-body", "the body is JSON, but not an object")
+            return validate(model, value)
         if self.media_type == TEXT and text:
             try:
                 source = self.content.decode("utf-8-sig")
@@ -55,11 +63,17 @@ def _nested(query: dict[str, str]) -> dict[str, object]:
     return {**fields, **({"params": params} if params else {})}
 
 
-async def read_body(request: Request) -> Body:
+def media_type(request: Request) -> str:
+    """The media type of a request's body, without parameters."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+async def read_body(request: Request, settings: Settings) -> Body:
     """The body of a request, or the problem 413 as soon as it is too long."""
-    settings: Settings = request.app.state.settings
-    limit = settings.max_body_bytes
-    too_large = Problem(413, "body-too-large", f"a body may have {limit} bytes (max_body_bytes)")
+    kind = media_type(request)
+    name = "max_body_bytes" if kind == NPZ else "max_text_bytes"
+    limit: int = getattr(settings, name)
+    too_large = Problem(413, "body-too-large", f"such a body may have {limit} bytes ({name})")
     declared = request.headers.get("content-length", "")
     if declared.isdecimal() and int(declared) > limit:
         raise too_large
@@ -68,16 +82,19 @@ async def read_body(request: Request) -> Body:
         content += chunk
         if len(content) > limit:
             raise too_large
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    return Body(media_type, bytes(content), dict(request.query_params))
+    return Body(kind, bytes(content), dict(request.query_params))
 
 
-def validate(model: type[Model], value: bytes | Mapping[str, object]) -> Model:
-    """The model of a JSON text or of named values, or the problem 422 that names each fault."""
+def validate(model: type[Model], values: Mapping[str, object]) -> Model:
+    """The model with these values, or the problem 422 that names each fault."""
+    # Unknown names are counted before pydantic sees them: it keeps an error for each.
+    unknown = [name for name in values if name not in model.model_fields]
+    if unknown:
+        known = [*model.model_fields]
+        help = did_you_mean(unknown[0], known) or f"there are {', '.join(known)}"
+        raise Problem(422, "invalid-body", f"there is no field `{unknown[0]:.60}`; {help}")
     try:
-        if isinstance(value, bytes):
-            return model.model_validate_json(value)
-        return model.model_validate(value)
+        return model.model_validate(values)
     except ValidationError as error:
         faults = [
             {"field": ".".join(map(str, fault["loc"])), "message": fault["msg"]}

@@ -2,11 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from annotated_types import MaxLen
+from numpy.typing import NDArray
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
 
 Vector = tuple[float, float, float]
+
+_MOST_PARAMS = 1000
+_MOST_COMPONENTS = 16
+
+
+def _numbers(value: object) -> NDArray[np.float64]:
+    """Nested lists as an array.
+
+    NumPy ends at the first fault, where pydantic keeps one for every number that is none:
+    gigabytes, for a hostile body of some megabytes.
+    """
+    try:
+        array = np.asarray(value, np.float64)
+    except (TypeError, OverflowError) as error:
+        raise ValueError(str(error)) from None
+    if np.isnan(array).any():
+        raise ValueError("null is not a number")
+    return array
+
+
+def _few(params: object) -> object:
+    if isinstance(params, dict) and len(params) > _MOST_PARAMS:
+        raise ValueError(f"there are more than {_MOST_PARAMS}")
+    return params
+
+
+Form = TypeVar("Form")
+Numbers = Annotated[Form, PlainValidator(_numbers)]
+"""An array, described as that form of JSON."""
 
 
 class Program(BaseModel):
@@ -24,7 +56,10 @@ class Program(BaseModel):
     time: float | None = Field(
         None, allow_inf_nan=False, description="The program's `time`, 0 if not said."
     )
-    params: dict[str, float | bool | str | list[float]] = Field(
+    params: Annotated[
+        dict[str, float | bool | str | Annotated[list[float], MaxLen(_MOST_COMPONENTS)]],
+        BeforeValidator(_few),
+    ] = Field(
         {},
         description="Values for the program's parameters; an angle is text with its unit, and so "
         "may be any literal of the language. In a query: `params.count=12`.",
@@ -55,10 +90,14 @@ class RaysProgram(Program):
 class RaysRequest(RaysProgram):
     """A scene and a batch of rays. Directions are not normalised: t is in their units."""
 
-    origins: Vector | list[Vector] = Field(description="World space; one for all rays, or each.")
-    directions: Vector | list[Vector] = Field(description="World space; one for all, or each.")
-    t_min: float | list[float] = Field(0.0, description="One for all rays, or each.")
-    t_max: float | list[float] | None = Field(None, description="The same; null: no end.")
+    origins: Numbers[Vector | list[Vector]] = Field(
+        description="World space; one for all rays, or each."
+    )
+    directions: Numbers[Vector | list[Vector]] = Field(
+        description="World space; one for all, or each."
+    )
+    t_min: Numbers[float | list[float]] = Field(0.0, description="One for all rays, or each.")
+    t_max: Numbers[float | list[float]] | None = Field(None, description="The same; null: no end.")
 
 
 class RaysAnswer(BaseModel):

@@ -29,7 +29,9 @@ _MODELS: tuple[type[BaseModel], ...] = (
 )
 
 _PROBLEMS = {
+    "403": "A web page of another service, or another host, is not answered.",
     "406": "None of the media types in `Accept` is offered.",
+    "408": "The body has not come in time.",
     "413": "The body is too large.",
     "415": "The body is of an unknown media type.",
     "422": "The scene has faults, or the request does not fit: see the diagnostics.",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable
-from ipaddress import ip_address
 
 from server.settings import Settings
+from server.strangers import is_loopback
 
 
 def serve(
@@ -20,7 +20,7 @@ def serve(
     `port` 0 takes a free one. Raises ValueError for a host that is not a loopback address
     (nobody is asked for a token yet), OSError where the port cannot be had.
     """
-    if not _is_loopback(host):
+    if not is_loopback(host):
         raise ValueError(
             f"`{host}` is not a loopback address, and there are no tokens yet that would keep "
             "strangers out: listen on 127.0.0.1, behind a proxy that asks who is there"
@@ -36,12 +36,3 @@ def serve(
         name = f"[{host}]" if ":" in host else host
         ready(f"http://{name}:{listener.getsockname()[1]}")
         server.run(sockets=[listener])
-
-
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False

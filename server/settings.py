@@ -11,7 +11,10 @@ class Settings:
     """The limits of one service. The defaults suit one machine and people who know each other."""
 
     max_body_bytes: int = 64 << 20
-    """Longest request body; longer ones are answered 413 without being read."""
+    """Longest body of arrays; longer ones are answered 413 without being read."""
+
+    max_text_bytes: int = 8 << 20
+    """Longest body of text or JSON, which takes some ten times as much once it is read."""
 
     max_pixels: int = 4096 * 4096
     """Most pixels of one picture."""
@@ -34,6 +37,9 @@ class Settings:
     max_import_bytes: int = 4 << 30
     """Most memory that the import of one stage may take; stages are imported in processes of
     their own, which end with `max_seconds`."""
+
+    hosts: tuple[str, ...] = ()
+    """Names by which clients call the service, beside `localhost` and loopback addresses."""
 
     asset_root: Path | None = None
     """The folder whose files scenes may refer to; None: scenes may refer to none."""

@@ -10,7 +10,9 @@ from time import monotonic
 from typing import Any, TypeVar
 
 from fastapi import Request
+from starlette.requests import ClientDisconnect
 
+from server.bodies import Body, read_body
 from server.problems import Problem
 from server.settings import Settings
 
@@ -35,6 +37,11 @@ class Ticket:
             self.seconds = seconds
             self._deadline = min(self._deadline, monotonic() + seconds)
 
+    @property
+    def left(self) -> float:
+        """Seconds until the deadline."""
+        return max(0.0, self._deadline - monotonic())
+
     def cancel(self) -> None:
         """End the work at its next call."""
         self._cancelled.set()
@@ -57,17 +64,21 @@ class Ticket:
 
 
 class Workshop:
-    """Runs work in threads: at most `settings.running` at once and `settings.waiting` queued."""
+    """Runs work in threads: at most `settings.running` at once and `settings.waiting` queued.
+
+    What is still being read waits too, so that bodies cannot fill the memory.
+    """
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._pool = ThreadPoolExecutor(settings.running, thread_name_prefix="ovolo")
         self._inside = 0
 
-    async def run(self, request: Request, work: Callable[[Ticket], Result]) -> Result:
-        """Run `work(ticket)` and give its result; the problem 503 for want of room or of time.
+    async def run(self, request: Request, work: Callable[[Body, Ticket], Result]) -> Result:
+        """Read the request, run `work(body, ticket)`, and give its result.
 
-        The work is abandoned when the client goes away.
+        Raises the problems of `read_body`, 408 for a body that does not come, 503 for want of room
+        or of time. The work is abandoned when the client goes away.
         """
         settings = self._settings
         if self._inside >= settings.running + settings.waiting:
@@ -75,20 +86,25 @@ class Workshop:
                 503, "busy", "too many requests are waiting", headers={"Retry-After": "1"}
             )
         ticket = Ticket(settings.max_seconds)
-        loop = asyncio.get_running_loop()
         self._inside += 1
-        task: asyncio.Future[Result] = loop.run_in_executor(self._pool, _begin, work, ticket)
+        try:
+            body = await _read(request, settings)
+        except BaseException:
+            self._inside -= 1
+            raise
+        loop = asyncio.get_running_loop()
+        task: asyncio.Future[Result] = loop.run_in_executor(self._pool, _begin, work, body, ticket)
         task.add_done_callback(self._leave)
         gone: asyncio.Future[None] = asyncio.ensure_future(_disconnected(request))
         both: set[asyncio.Future[Any]] = {task, gone}
         try:
             done, _ = await asyncio.wait(
-                both, timeout=ticket.seconds, return_when=asyncio.FIRST_COMPLETED
+                both, timeout=ticket.left, return_when=asyncio.FIRST_COMPLETED
             )
             if task in done:
                 return task.result()
             if gone in done:
-                raise Problem(503, "gone", "the client went away")
+                raise _gone()
             raise ticket.too_slow()
         finally:
             # What waits is dropped; what runs ends at its next look at the ticket.
@@ -106,9 +122,25 @@ class Workshop:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _begin(work: Callable[[Ticket], Result], ticket: Ticket) -> Result:
+async def _read(request: Request, settings: Settings) -> Body:
+    try:
+        async with asyncio.timeout(settings.max_seconds):
+            return await read_body(request, settings)
+    except TimeoutError:
+        seconds = settings.max_seconds
+        message = f"the body has not come within {seconds:g} s"
+        raise Problem(408, "too-slow", message) from None
+    except ClientDisconnect:
+        raise _gone() from None
+
+
+def _gone() -> Problem:
+    return Problem(503, "gone", "the client went away")
+
+
+def _begin(work: Callable[[Body, Ticket], Result], body: Body, ticket: Ticket) -> Result:
     ticket()
-    return work(ticket)
+    return work(body, ticket)
 
 
 async def _disconnected(request: Request) -> None:

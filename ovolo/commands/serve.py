@@ -16,6 +16,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--assets", type=Path, metavar="FOLDER", help="where scenes may read files; default: none"
     )
+    parser.add_argument(
+        "--allow-host",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a name by which a proxy calls the service; may be given several times",
+    )
 
 
 def run(arguments: argparse.Namespace) -> Exit:
@@ -26,7 +33,8 @@ def run(arguments: argparse.Namespace) -> Exit:
     if arguments.assets is not None and not arguments.assets.is_dir():
         raise StopError(Exit.FILES, f"`{arguments.assets}` is not a folder")
     try:
-        serve(Settings(asset_root=arguments.assets), arguments.host, arguments.port, _ready)
+        settings = Settings(asset_root=arguments.assets, hosts=tuple(arguments.allow_host))
+        serve(settings, arguments.host, arguments.port, _ready)
     except ValueError as error:
         raise StopError(Exit.USAGE, str(error)) from None
     except OSError as error:

@@ -10,7 +10,7 @@ from fastapi.responses import Response
 from numpy.typing import ArrayLike
 
 from runtime.tracer import Hits, Tracer
-from server.bodies import JSON, NPZ, Body, read_body, validate
+from server.bodies import JSON, NPZ, Body, media_type, validate
 from server.models import RaysAnswer, RaysProgram, RaysRequest
 from server.negotiation import choose
 from server.npz import read_npz, write_npz
@@ -43,13 +43,12 @@ _HITS = {"schema": {"type": "string", "format": "binary", "description": "An .np
 )
 async def rays(request: Request) -> Response:
     """The closest hits of a batch of rays, as JSON or as NumPy arrays."""
-    body = await read_body(request)
-    default = (NPZ, JSON) if body.media_type == NPZ else (JSON, NPZ)
-    media_type = choose(request.headers.get("accept"), default)
+    offered = (NPZ, JSON) if media_type(request) == NPZ else (JSON, NPZ)
+    chosen = choose(request.headers.get("accept"), offered)
     settings: Settings = request.app.state.settings
     workshop: Workshop = request.app.state.workshop
 
-    def work(ticket: Ticket) -> bytes:
+    def work(body: Body, ticket: Ticket) -> bytes:
         program, batch = _question(body, settings)
         count = max(np.size(batch[name]) for name in _RAYS[:2]) // 3
         if count > settings.max_rays:
@@ -68,9 +67,9 @@ async def rays(request: Request) -> Response:
             )
         except ValueError as error:
             raise Problem(422, "invalid-rays", str(error)) from None
-        return _archive(hits) if media_type == NPZ else _json(hits)
+        return _archive(hits) if chosen == NPZ else _json(hits)
 
-    return Response(await workshop.run(request, work), media_type=media_type)
+    return Response(await workshop.run(request, work), media_type=chosen)
 
 
 def _question(body: Body, settings: Settings) -> tuple[RaysProgram, dict[str, ArrayLike]]:

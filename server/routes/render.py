@@ -8,7 +8,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from runtime.render import render as render_ir
-from server.bodies import read_body
+from server.bodies import Body
 from server.models import RenderRequest
 from server.negotiation import choose
 from server.openapi import operation
@@ -35,11 +35,10 @@ async def render(request: Request) -> Response:
     `Server-Timing` (milliseconds) tell what it took.
     """
     media_type = choose(request.headers.get("accept"), tuple(FORMATS))
-    body = await read_body(request)
     settings: Settings = request.app.state.settings
     workshop: Workshop = request.app.state.workshop
 
-    def work(ticket: Ticket) -> Response:
+    def work(body: Body, ticket: Ticket) -> Response:
         start = perf_counter()
         asked = body.parse(RenderRequest)
         ticket.shorten(asked.max_seconds)

@@ -12,7 +12,7 @@ from dsl.diagnostics import CompileError
 from dsl.format import format_source
 from dsl.render_diagnostic import render_diagnostics, to_json
 from dsl.spans import Source
-from server.bodies import JSON, TEXT, read_body
+from server.bodies import JSON, TEXT, Body
 from server.models import CheckAnswer, CompileAnswer, FormatAnswer, Program
 from server.negotiation import choose
 from server.openapi import operation, reference
@@ -30,10 +30,9 @@ router = APIRouter(prefix="/v1", tags=["scenes"])
 async def check(request: Request) -> Response:
     """Diagnostics as JSON or as text; a faulty program is a fine question, so the status is 200."""
     media_type = choose(request.headers.get("accept"), (JSON, TEXT))
-    body = await read_body(request)
     workshop: Workshop = request.app.state.workshop
 
-    def work(ticket: Ticket) -> bytes:
+    def work(body: Body, ticket: Ticket) -> bytes:
         try:
             compilation = compile_program(body.parse(Program), request.app.state.settings)
             diagnostics = list(compilation.warnings)
@@ -56,10 +55,9 @@ async def check(request: Request) -> Response:
 async def format(request: Request) -> Response:
     """The same words and comments, laid out anew; 422 for a program with faults of syntax."""
     media_type = choose(request.headers.get("accept"), (TEXT, JSON))
-    body = await read_body(request)
     workshop: Workshop = request.app.state.workshop
 
-    def work(ticket: Ticket) -> bytes:
+    def work(body: Body, ticket: Ticket) -> bytes:
         program = body.parse(Program)
         formatted, faults = format_source(Source(program.name, program.source))
         if formatted is None:
@@ -79,10 +77,9 @@ async def format(request: Request) -> Response:
 async def compile(request: Request) -> Response:
     """The summary of the flat IR as JSON, or the IR in its canonical text form."""
     media_type = choose(request.headers.get("accept"), (JSON, TEXT))
-    body = await read_body(request)
     workshop: Workshop = request.app.state.workshop
 
-    def work(ticket: Ticket) -> bytes:
+    def work(body: Body, ticket: Ticket) -> bytes:
         compilation = compile_program(body.parse(Program), request.app.state.settings)
         if media_type == TEXT:
             return print_ir(compilation.ir).encode()

@@ -17,7 +17,8 @@ def connect() -> Iterator[Connect]:
     clients: list[TestClient] = []
 
     def connect(settings: Settings) -> TestClient:
-        client = TestClient(create_app(settings), raise_server_exceptions=False)
+        app = create_app(settings)
+        client = TestClient(app, "http://localhost:8000", raise_server_exceptions=False)
         clients.append(client.__enter__())
         return client
 

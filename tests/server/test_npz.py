@@ -18,11 +18,18 @@ from server.problems import Problem
 LIMIT = 1 << 20
 
 
-def archive(member: bytes, name: str = "origins.npy") -> bytes:
+def archive(member: bytes, method: int = zipfile.ZIP_DEFLATED, copies: int = 1) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr(name, member)
+    with zipfile.ZipFile(stream, "w", method) as file:
+        for number in range(copies):
+            file.writestr(f"{number}.npy", member)
     return stream.getvalue()
+
+
+def header(text: str) -> bytes:
+    """An array of that description, which holds nothing."""
+    words = text.encode() + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(words).to_bytes(2, "little") + words
 
 
 def npy(array: NDArray[Any], allow_pickle: bool = False) -> bytes:
@@ -68,6 +75,13 @@ def test_damaged_archives_are_a_problem_or_arrays(data: st.DataObject) -> None:
         (archive(npy(np.zeros(3)).replace(b"(3,)", b"(9" + b"9" * 40 + b",)")), 422),
         (archive(npy(np.zeros(3)).replace(b"(3,), ", b"(-3,),")), 422),
         (archive(npy(np.zeros(4 * LIMIT, np.uint8))), 413),
+        (archive(npy(np.zeros(3)), copies=65), 422),
+        (archive(npy(np.zeros(3)), zipfile.ZIP_BZIP2), 422),
+        (archive(npy(np.zeros(3)), zipfile.ZIP_LZMA), 422),
+        (archive(header("{'descr':'<U0','fortran_order':False,'shape':(1000000000000,)}")), 422),
+        (archive(header("{'descr':'|V0','fortran_order':False,'shape':(1000000000000,)}")), 422),
+        (archive(header("(" * 900)), 422),
+        (archive(header("-" * 5000 + "1")), 422),
     ],
 )
 def test_hostile_archives_are_problems(body: bytes, status: int) -> None:

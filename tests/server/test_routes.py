@@ -265,18 +265,87 @@ Connect = Callable[[Settings], TestClient]
 
 def test_limits_are_kept(connect: Connect) -> None:
     client = connect(
-        Settings(max_body_bytes=2000, max_pixels=200, max_camera_rays=1000, max_rays=3)
+        Settings(
+            max_body_bytes=4000,
+            max_text_bytes=2000,
+            max_pixels=200,
+            max_camera_rays=1000,
+            max_rays=3,
+        )
     )
     long = BALL + "//" + "-" * 2000
     problem(client.post("/v1/check", content=long, headers=PLAIN), 413, "body-too-large")
     chunks = client.post("/v1/check", content=iter([b"//", b"-" * 2000]), headers=PLAIN)
     problem(chunks, 413, "body-too-large")
+    few, many = (np.zeros((count, 3)) for count in (3, 100))
+    kind = {"Content-Type": "application/x-npz"}
+    within = archive(source=BALL, origins=few, directions=few)
+    assert client.post("/v1/rays", content=within, headers=kind).status_code == 200
+    beyond = archive(source=BALL, origins=many, directions=many)
+    problem(client.post("/v1/rays", content=beyond, headers=kind), 413, "body-too-large")
     assert client.post("/v1/render", content=BALL, headers=PLAIN).status_code == 200
     for query in ("width=100", "samples=10"):
         response = client.post(f"/v1/render?{query}", content=BALL, headers=PLAIN)
         assert "limit" in problem(response, 422, "invalid-settings")["detail"]
     rays = {"source": BALL, "origins": [[0, 0, 3]] * 4, "directions": [0, 0, -1]}
     problem(client.post("/v1/rays", json=rays), 413, "too-many-rays")
+
+
+@pytest.mark.parametrize(
+    "member",
+    [
+        '"origins": [' + "[]," * 99_999 + "0]",
+        '"origins": [' + "{}," * 99_999 + "{}]",
+        '"origins": [[0, 0, null]]',
+        '"origins": [[0, 0, NaN]]',
+        '"t_min": ["' + "1" * 99_999 + '", ' + '"x", ' * 99_999 + "0]",
+        '"params": {"a": [' + "[]," * 99_999 + "[]]}",
+        '"params": {' + ",".join(f'"{number}": [[]]' for number in range(99_999)) + "}",
+        ",".join(f'"{number}": 0' for number in range(99_999)),
+        '"x": ' + "[" * 99_999 + "]" * 99_999,
+    ],
+)
+def test_many_faults_in_a_body_are_told_in_a_few_words(client: TestClient, member: str) -> None:
+    directions = "" if "directions" in member else ', "directions": [0, 0, 1]'
+    origins = "" if "origins" in member else ', "origins": [0, 0, 0]'
+    body = f'{{"source": ""{origins}{directions}, {member}}}'
+    headers = {"Content-Type": "application/json"}
+    response = client.post("/v1/rays", content=body, headers=headers)
+    problem(response, 422, "invalid-body")
+    assert len(response.content) < 3000
+
+
+def test_a_misspelt_field_has_a_suggestion(client: TestClient) -> None:
+    answer = problem(client.post("/v1/render", json={"widht": 3}), 422, "invalid-body")
+    assert answer["detail"] == "there is no field `widht`; did you mean `width`?"
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 200),
+        ({"Host": "127.0.0.1:8000"}, 200),
+        ({"Host": "[::1]:8000"}, 200),
+        ({"Host": "LOCALHOST"}, 200),
+        ({"Host": "pictures.example:443"}, 200),
+        ({"Host": "evil.example:8000"}, 403),
+        ({"Host": "127.0.0.1.evil.example"}, 403),
+        ({"Host": "[::1"}, 403),
+        ({"Origin": "http://localhost:8000"}, 200),
+        ({"Origin": "https://evil.example"}, 403),
+        ({"Origin": "http://localhost:3000"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Host": "evil.example", "Origin": "http://evil.example"}, 403),
+    ],
+)
+def test_pages_of_strangers_are_not_answered(
+    connect: Connect, headers: dict[str, str], status: int
+) -> None:
+    client = connect(Settings(hosts=("Pictures.example",)))
+    response = client.post("/v1/check", content=BALL, headers={**PLAIN, **headers})
+    assert response.status_code == status
+    if status == 403:
+        problem(response, 403, "stranger")
 
 
 def test_a_render_ends_at_its_deadline(client: TestClient) -> None:
@@ -339,7 +408,9 @@ def test_the_description_covers_everything(client: TestClient) -> None:
     for path in (*SCENE_PATHS, "/v1/rays"):
         operation = description["paths"][path]["post"]
         assert "application/json" in operation["requestBody"]["content"]
-        assert set(operation["responses"]) == {"200", "406", "413", "415", "422", "503"}
+        assert set(operation["responses"]) == {
+            *("200", "403", "406", "408", "413", "415", "422", "503")
+        }
         for status, response in operation["responses"].items():
             assert ("application/problem+json" in response["content"]) == (status != "200")
 
