@@ -1,8 +1,8 @@
 """The catalogue of diagnostic codes: every fault that a user can cause, one line each.
 
 A code begins with the phase that finds it; `usd-` codes come from the importer of stages, `mesh-`
-codes from mesh files, `ir-` codes from compiled scenes. The language reference shows each code of
-the language in an example.
+codes from mesh files, `texture-` codes from pictures of materials, `ir-` codes from compiled
+scenes. The language reference shows each code of the language in an example.
 """
 
 from __future__ import annotations
@@ -91,6 +91,7 @@ CODES: dict[str, Code] = {
     "mesh-too-large": Code("a mesh of more triangles than the limit"),
     "mesh-bad-faces": Code("faces of a mesh file that cannot be drawn", "warning"),
     "mesh-empty": Code("a mesh file without triangles"),
+    "texture-unreadable": Code("a texture in whose place its fallback is drawn", "warning"),
     "ir-syntax": Code("a text that is no scene in its IR form"),
     "ir-damaged": Code("a compiled scene that cannot be read"),
     "ir-invalid": Code("a compiled scene whose tables contradict each other"),

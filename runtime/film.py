@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dsl.diagnostics import Diagnostic
 from dsl.observation import stage
 from dsl.scene import Integrator
 
@@ -40,6 +41,7 @@ class Film:
     rays: int  # traced
     seconds: float  # of rendering
     build_seconds: float  # of preparing the scene for it
+    warnings: tuple[Diagnostic, ...] = ()  # such as textures that cannot be read
 
     @property
     def width(self) -> int:

@@ -13,6 +13,7 @@ from dsl.scene import Integrator, Precision
 from runtime._kernel import Kernel
 from runtime.camera import choose_camera, default_camera
 from runtime.film import Film
+from runtime.textures import load_images
 
 DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 DEFAULT_SAMPLES = 16
@@ -51,9 +52,9 @@ def render(
     number; None takes the first camera, or `runtime.camera.default_camera` where the scene has
     none. `integrator`:
 
-    - "direct": light from suns, points and the sky with shadows, and highlights; a scene where
-      nothing shines or glows is lit by a sun over the camera's left shoulder and a dim, invisible
-      sky
+    - "direct": light from suns, points and the sky with shadows, and highlights, on surfaces with
+      their textures and shading normals; a scene where nothing shines or glows is lit by a sun
+      over the camera's left shoulder and a dim, invisible sky
     - "ambient_occlusion": how much of the hemisphere above a surface is open, up to the scene's
       `occlusion_distance`; white is open. `samples` counts occlusion rays per pixel; at most 16
       camera rays share them
@@ -91,7 +92,8 @@ def render(
 
     start = perf_counter()
     with stage("build"):
-        kernel = Kernel(ir, precision, isa)
+        pictures, warnings = load_images(ir) if integrator == "direct" else ((), [])
+        kernel = Kernel(ir, precision, isa, pictures)
         if record is None:
             record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
     built = perf_counter()
@@ -119,6 +121,7 @@ def render(
         rays=int(images["rays"]),
         seconds=perf_counter() - built,
         build_seconds=built - start,
+        warnings=tuple(warnings),
     )
 
 

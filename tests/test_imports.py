@@ -45,6 +45,8 @@ def is_allowed(path: Path, module: str) -> bool:
     if room == "runtime":
         allowed = {
             "compiler.ir",
+            "dsl.codes.diagnostic",
+            "dsl.diagnostics.Diagnostic",
             "dsl.observation.stage",
             "dsl.scene.Integrator",
             "dsl.scene.Precision",

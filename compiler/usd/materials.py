@@ -26,7 +26,7 @@ _INPUTS = {
 }
 _MAPS = {"normal": "normal", "displacement": "displacement", "occlusion": "occlusion"}
 _COLORS = {"emission", "diffuse", "specular"}
-_IGNORED = {"normal", "displacement", "occlusion", "opacityMode"}
+_IGNORED = ("displacement", "occlusion", "opacityMode")
 
 
 def color(value: Any) -> Color | None:
@@ -45,7 +45,7 @@ class Materials:
         self._clock = clock
         self._report = report
         self._read: dict[Sdf.Path, Material] = {}
-        self._textures = Textures(clock)
+        self._textures = Textures(clock, report)
 
     def read(self, material: Any) -> Material:
         """The parameters of a UsdShade.Material; the default where its surface is unknown."""
@@ -71,24 +71,25 @@ class Materials:
                 shader.GetPath(),
             )
             return DEFAULT_MATERIAL
+        names = _INPUTS | _MAPS
+        found = {name: self._texture(shader, name, parameter) for name, parameter in names.items()}
         parameters: dict[str, Any] = {}
         for name, parameter in _INPUTS.items():
-            value = self._value(shader, name)
+            value = self._value(shader, name, said=found[name] is None)
             read = color(value) if parameter in _COLORS else _number(value)
             if read is not None:
                 parameters[parameter] = read
             elif value is not None:
                 message = f"`inputs:{name}` has no finite value of its type"
                 self._report.add("usd-material", message, shader.GetPath())
-        textures = [self._texture(shader, *names) for names in (_INPUTS | _MAPS).items()]
-        for name in sorted(_IGNORED):
+        for name in _IGNORED:
             port = shader.GetInput(name)
             if port and port.HasConnectedSource():
                 message = f"`inputs:{name}` of surfaces is not used"
                 self._report.add("usd-material", message, shader.GetPath())
         workflow = self._value(shader, "useSpecularWorkflow")
-        found = tuple(texture for texture in textures if texture is not None)
-        return Material(specular_workflow=bool(workflow), textures=found, **parameters)
+        textures = tuple(texture for texture in found.values() if texture is not None)
+        return Material(specular_workflow=bool(workflow), textures=textures, **parameters)
 
     def _texture(self, shader: Any, name: str, parameter: str) -> Texture | None:
         port = shader.GetInput(name)
@@ -97,19 +98,20 @@ class Materials:
                 return self._textures.read(source, parameter)
         return None
 
-    def _value(self, shader: Any, name: str) -> Any:
-        """An input's constant, also through a material's interface; None where it has none."""
+    def _value(self, shader: Any, name: str, said: bool = True) -> Any:
+        """An input's constant, also through a material's interface; None where it has none.
+
+        A constant in place of a network is reported if it is to be `said`.
+        """
         port = shader.GetInput(name)
         if not port:
             return None
         for source in port.GetValueProducingAttributes():
             if UsdShade.Input.IsInput(source):
                 return self._clock.value(source)
-            self._report.add(
-                "usd-material",
-                f"`inputs:{name}` comes from a network, and is replaced by a constant",
-                shader.GetPath(),
-            )
+            if said:
+                message = f"`inputs:{name}` comes from a network, and is replaced by a constant"
+                self._report.add("usd-material", message, shader.GetPath())
             return self._fallback(source)
         return None
 

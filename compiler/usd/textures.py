@@ -10,9 +10,10 @@ import math
 from typing import Any, get_args
 
 import numpy as np
-from pxr import UsdShade
+from pxr import Sdf, UsdShade
 
 from compiler.usd.clock import Clock
+from compiler.usd.report import Report
 from dsl.scene import FloatArray, Texture, Wrap
 
 TRANSFORMS = 16
@@ -25,8 +26,9 @@ _SPACES = ("auto", "raw", "sRGB")
 class Textures:
     """Reads the textures of a stage's materials."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, report: Report) -> None:
         self._clock = clock
+        self._report = report
 
     def read(self, output: Any, parameter: str) -> Texture | None:
         """The texture whose `output` gives a material's parameter, or None if it is not one."""
@@ -36,16 +38,15 @@ class Textures:
             return Texture(parameter, "", self._text(shader, "varname"))
         if kind != "UsdUVTexture":
             return None
-        coordinates = self._coordinates(shader)
-        if coordinates is None:
+        coordinates, file = self._coordinates(shader), self._file(shader)
+        if coordinates is None or not file:
             return None
         attribute, matrix = coordinates
         a, b, c, d, e, f = matrix[:2].ravel().tolist()
         channels = UsdShade.Output(output).GetBaseName()
-        file = self._value(shader, "file")
         return Texture(
             parameter,
-            (file.resolvedPath or file.path) if hasattr(file, "resolvedPath") else "",
+            file,
             attribute,
             channels if channels in _CHANNELS else "rgb",
             (self._wrap(shader, "wrapS"), self._wrap(shader, "wrapT")),
@@ -55,6 +56,23 @@ class Textures:
             self._four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)),
             (a, b, c, d, e, f),
         )
+
+    def _file(self, shader: Any) -> str:
+        """Where a texture's picture is, or would be: tiles are found by whoever reads them."""
+        port = shader.GetInput("file")
+        for source in port.GetValueProducingAttributes() if port else ():
+            asset = self._clock.value(source)
+            if not isinstance(asset, Sdf.AssetPath) or not asset.path:
+                continue
+            if asset.resolvedPath:
+                return str(asset.resolvedPath)
+            stack = source.GetPropertyStack(self._clock.code(source))
+            layer = stack[0].layer if stack else source.GetStage().GetRootLayer()
+            if not UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
+                message = f"the texture `{asset.path}` cannot be found: its fallback is drawn"
+                self._report.add("usd-material", message, shader.GetPath())
+            return str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
+        return ""
 
     def _coordinates(self, shader: Any) -> tuple[str, FloatArray] | None:
         """The attribute of the texture coordinates, and what they are multiplied by, `(3, 3)`."""

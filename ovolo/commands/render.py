@@ -133,6 +133,9 @@ def _render(
             )
         except ValueError as error:
             raise StopError(Exit.USAGE, str(error)) from None
+    if not arguments.quiet:
+        print_diagnostics([warning for warning in film.warnings if warning not in told])
+        told.update(film.warnings)
     _save(film, outputs)
     seconds = perf_counter() - start
     if not arguments.quiet and not arguments.json:
@@ -153,7 +156,7 @@ def _render(
         "build_seconds": film.build_seconds,
         "render_seconds": film.seconds,
         "seconds": seconds,
-        "warnings": len(scene.warnings),
+        "warnings": len(scene.warnings) + len(film.warnings),
     }
 
 

@@ -31,7 +31,7 @@ _PICTURE = {"schema": {"type": "string", "format": "binary"}}
 async def render(request: Request) -> Response:
     """PNG, JPEG, or OpenEXR with depth, normals and instance numbers, as `Accept` would have it.
 
-    The headers `Ovolo-Rays` (rays traced), `Ovolo-Warnings` (of the compiler) and
+    The headers `Ovolo-Rays` (rays traced), `Ovolo-Warnings` (their number) and
     `Server-Timing` (milliseconds) tell what it took.
     """
     media_type = choose(request.headers.get("accept"), tuple(FORMATS))
@@ -70,7 +70,7 @@ async def render(request: Request) -> Response:
         }
         headers = {
             "Ovolo-Rays": str(film.rays),
-            "Ovolo-Warnings": str(len(compilation.warnings)),
+            "Ovolo-Warnings": str(len(compilation.warnings) + len(film.warnings)),
             "Server-Timing": ", ".join(f"{name};dur={s * 1e3:.1f}" for name, s in stages.items()),
         }
         return Response(content, headers=headers, media_type=media_type)

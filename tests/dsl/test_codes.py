@@ -16,7 +16,7 @@ NAMED = re.compile(rf'"((?:{"|".join(PHASES)})-[a-z]+(?:-[a-z]+)*)"')
 
 def test_every_code_is_used_and_every_used_code_is_listed() -> None:
     named: set[str] = set()
-    for package in ("dsl", "compiler"):
+    for package in ("dsl", "compiler", "runtime"):
         for path in (ROOT / package).rglob("*.py"):
             if path.name != "codes.py":
                 named.update(NAMED.findall(path.read_text()))
