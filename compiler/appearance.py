@@ -104,7 +104,7 @@ def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDAr
     """`SceneIR.cameras`, each placed by its `world_from_object` of one lane.
 
     The axes are made unit, and what the scales along them do to the window goes into `height`,
-    `aspect` (if said), `near` and `far`; a mirrored camera keeps its mirrored axes.
+    `aspect` (if said), `near`, `far` and the lens; a mirrored camera keeps its mirrored axes.
     """
     table = np.zeros(len(cameras), dtype=ir.CAMERA)
     for row, (camera, placement) in zip(table, cameras, strict=True):
@@ -121,6 +121,9 @@ def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDAr
         row["aspect"] = aspect * (along_x / along_y)
         row["shift"] = camera.shift
         row["near"], row["far"] = camera.near * along_z, camera.far * along_z
+        row["exposure"], row["shutter"] = camera.exposure, camera.shutter
+        row["lens_radius"] = camera.lens_radius * along_y
+        row["focus_distance"] = camera.focus_distance * along_z
     return table
 
 

@@ -96,6 +96,10 @@ CAMERA = np.dtype(
         ("shift", "<f8", 2),
         ("near", "<f8"),
         ("far", "<f8"),
+        ("exposure", "<f8"),
+        ("lens_radius", "<f8"),
+        ("focus_distance", "<f8"),
+        ("shutter", "<f8", 2),
     ]
 )
 """One camera: `dsl.scene.Camera`, placed; scales of its transform are in the other fields."""

@@ -104,6 +104,10 @@ CAMERA_WORDS = (
     Word("shift", "shift", 2, (0.0, 0.0)),
     Word("near", "near", 1, (0.0,)),
     Word("far", "far", 1, (math.inf,)),
+    Word("exposure", "exposure", 1, (0.0,)),
+    Word("lens_radius", "lens_radius", 1, (0.0,)),
+    Word("focus_distance", "focus_distance", 1, (0.0,)),
+    Word("shutter", "shutter", 2, (0.0, 0.0)),
 )
 SETTINGS_WORDS = (
     Word("width", "width", 1, (0,)),

@@ -134,7 +134,8 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
     for name in ("vector", "color", "size"):
         if not np.isfinite(scene.lights[name]).all():
             yield f"a light's {name} is not finite"
-    for name in ("world_from_camera", "height", "shift", "near"):
+    lens = ("exposure", "lens_radius", "focus_distance", "shutter")
+    for name in ("world_from_camera", "height", "shift", "near", *lens):
         if not np.isfinite(scene.cameras[name]).all():
             yield f"a camera's {name} is not finite"
     if not (scene.cameras["height"] > 0).all() or (scene.cameras["aspect"] <= 0).any():

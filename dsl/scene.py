@@ -325,7 +325,9 @@ class Camera:
     orthographic one. `aspect` is width over height of the window; None takes the picture's.
     A picture of another aspect shows the whole window and more. `shift` moves the window by
     fractions of its width and height. `near`, `far`: distances along the viewing axis outside of
-    which nothing is seen.
+    which nothing is seen. `exposure` makes the picture brighter, in stops. Pictures are taken
+    through a pinhole at one time: `lens_radius` and `focus_distance` (camera units, 0: not said)
+    and `shutter`, when it opens and closes in time codes from the picture's, are only kept.
     """
 
     projection: Literal["perspective", "orthographic"]
@@ -336,6 +338,10 @@ class Camera:
     far: float = float("inf")
     name: str = ""
     origin: Origin | None = None
+    exposure: float = 0.0
+    lens_radius: float = 0.0
+    focus_distance: float = 0.0
+    shutter: tuple[float, float] = (0.0, 0.0)
 
 
 Integrator = Literal["direct", "ambient_occlusion", "normals", "ids"]

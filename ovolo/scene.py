@@ -144,7 +144,7 @@ def compile_file(
     *,
     complexity: Complexity = "low",
     params: Settings | None = None,
-    purposes: Iterable[str] = ("render",),
+    purposes: Iterable[str] | None = None,
     payloads: bool = True,
     prim: str | None = None,
     mask: Iterable[str] = (),
@@ -167,14 +167,15 @@ def compile_file(
 
     The rest is about stages (`docs/usd.md`), also those that a program uses. `complexity` says
     how subdivision meshes are drawn: "low" is their cage, "limit" their limit surface. `purposes`
-    are drawn beside "default". `mask` are paths of prims outside of which nothing of the stage is
-    read, `prim` the only one that is drawn, in place. `variants` are selected in the stage, each
-    written as `/World/Car{color=red}`. With `isolate` stages are imported in a child process, so
-    that a hostile one cannot take this process with it; `deadline` (seconds) and `memory_limit`
+    are drawn beside "default"; None: what the stage's render settings include, or else "render".
+    `mask` are paths of prims outside of which nothing of the stage is read, `prim` the only one
+    that is drawn, in place. `variants` are selected in the stage, each written as
+    `/World/Car{color=red}`. With `isolate` stages are imported in a child process, so that a
+    hostile one cannot take this process with it; `deadline` (seconds) and `memory_limit`
     (bytes) end it, and imply `isolate`.
     """
     options = StageOptions(
-        purposes=frozenset({"default", *purposes}),
+        purposes=None if purposes is None else frozenset({"default", *purposes}),
         payloads=payloads,
         complexity=complexity,
         mask=tuple(mask),

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import TypeVar, get_args
 
+import numpy as np
+
 from compiler.ir import UP_AXES, SceneIR
 from dsl.observation import stage
 from dsl.scene import Integrator, Precision
@@ -88,7 +90,8 @@ def render(
     said = int(settings["precision"])
     precision = _choice("precision", precision, get_args(Precision), said, DEFAULT_PRECISION)
     reach = float(settings["occlusion_distance"])
-    exposure = float(settings["exposure"])
+    exposure = float(np.nan_to_num(settings["exposure"]))
+    exposure += 0.0 if record is None else float(record["exposure"])
 
     start = perf_counter()
     with stage("build"):
@@ -116,7 +119,7 @@ def render(
         normal=images["normal"],
         instance=images["instance"],
         integrator=integrator,
-        exposure=0.0 if math.isnan(exposure) else exposure,
+        exposure=exposure,
         samples=samples,
         rays=int(images["rays"]),
         seconds=perf_counter() - built,

@@ -294,6 +294,8 @@ def _views(scene: SceneIR, unsaid: list[Diagnostic]) -> list[str]:
             continue
         if any(camera["shift"]):
             report(f"camera `{name}` has a window beside its axis, which is moved to it")
+        if camera["exposure"] or camera["lens_radius"]:
+            report(f"camera `{name}` has an exposure or a lens of its own, which are left out")
         if not math.isnan(aspect) and number == 0 and not {"width", "height"} & set(named):
             # A picture of the camera's own proportions, as the stage asks for.
             named["width"], named["height"] = "640", words.number(max(1, round(640 / aspect)))

@@ -1,8 +1,13 @@
-"""Cameras of a stage. Apertures, offsets and focal length are in tenths of a stage unit."""
+"""Cameras of a stage. Apertures, offsets and focal length are in tenths of a stage unit.
+
+The exposure of a picture is `exposure` in stops, times what sensitivity, shutter time, aperture and
+responsivity of `exposure:…` let through, relative to 1 s at ISO 100 and f/1.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from compiler.usd.clock import Clock
@@ -27,8 +32,14 @@ def read_camera(prim: Any, clock: Clock, report: Report, origin: Origin) -> Came
         message = "a camera whose aperture or focal length is not positive is left out"
         report.add("usd-camera", message, path)
         return None
-    if number("fStop", 0.0) > 0.0:
-        report.add("usd-camera", "cameras are pinholes: `fStop` is not used", path)
+    stop = number("fStop", 0.0)
+    if stop > 0.0:
+        message = "pictures are taken through pinholes: `fStop` of cameras is not used"
+        report.add("usd-camera", message, path)
+    shutter = (number("shutter:open", 0.0), number("shutter:close", 0.0))
+    if shutter[0] != shutter[1]:
+        message = "nothing blurs as it moves: the `shutter` of cameras is not used"
+        report.add("usd-camera", message, path)
     if clock.value(prim.GetAttribute("clippingPlanes")):
         report.add("usd-camera", "`clippingPlanes` of cameras are not used", path)
     near, far = 1.0, 1e6
@@ -51,4 +62,24 @@ def read_camera(prim: Any, clock: Clock, report: Report, origin: Origin) -> Came
         far=far if far > near else math.inf,
         name=str(path),
         origin=origin,
+        exposure=_exposure(number, report, path),
+        lens_radius=_TENTH * focal / (2.0 * stop) if stop > 0.0 else 0.0,
+        focus_distance=number("focusDistance", 0.0),
+        shutter=shutter,
     )
+
+
+def _exposure(number: Callable[[str, float], float], report: Report, path: Any) -> float:
+    """Stops by which a picture is brighter."""
+    factors = [
+        number("exposure:time", 1.0),
+        number("exposure:iso", 100.0) / 100.0,
+        number("exposure:responsivity", 1.0),
+        number("exposure:fStop", 1.0),
+    ]
+    if min(factors) <= 0.0:
+        message = "a camera's exposure that is not positive is not used"
+        report.add("usd-camera", message, path)
+        return 0.0
+    time, sensitivity, responsivity, stop = (math.log2(factor) for factor in factors)
+    return number("exposure", 0.0) + time + sensitivity + responsivity - 2.0 * stop

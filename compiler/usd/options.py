@@ -8,12 +8,16 @@ from typing import Literal
 
 Complexity = Literal["low", "medium", "high", "veryhigh", "limit"]
 
+PURPOSES = frozenset({"default", "render"})
+"""What is drawn unless a stage or a caller says otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class StageOptions:
     """Choices that are not in the stage.
 
-    `purposes` are the computed purposes that are drawn; `payloads` says whether payloads are
+    `purposes` are the computed purposes that are drawn, None: those that the stage's RenderSettings
+    include, or else `PURPOSES`; `payloads` says whether payloads are
     loaded. `complexity` says how subdivision surfaces are drawn: "low" is their cage (as
     usdrecord draws them unless told otherwise), "medium", "high" and "veryhigh" are their limit
     surface at 1, 2 and 3 refinements, and "limit" at as many as suit the number of faces
@@ -24,7 +28,7 @@ class StageOptions:
     path.
     """
 
-    purposes: frozenset[str] = frozenset({"default", "render"})
+    purposes: frozenset[str] | None = None
     payloads: bool = True
     complexity: Complexity = "low"
     surroundings: bool = True

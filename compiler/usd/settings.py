@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, get_args
 
-from pxr import UsdRender
+from pxr import Usd, UsdRender
 
 from compiler.usd.clock import Clock
+from compiler.usd.framing import Framing
 from compiler.usd.report import Report
 from dsl.scene import Integrator, Precision, Settings
 
@@ -15,9 +16,15 @@ _MOST = {"width": 65_536, "height": 65_536, "samples": 1_000_000}
 
 
 def render_settings(stage: Any, report: Report) -> Any | None:
-    """The prim that the stage's `renderSettingsPrimPath` names, or None."""
+    """The prim that the stage's `renderSettingsPrimPath` names, or the only one below `/Render`."""
     if not stage.HasAuthoredMetadata("renderSettingsPrimPath"):
-        return None
+        below = stage.GetPrimAtPath("/Render")
+        found = [p for p in Usd.PrimRange(below) if p.IsA(UsdRender.Settings)] if below else []
+        if len(found) > 1:
+            message = "of several RenderSettings prims, none is used"
+            help = "name one by the stage's `renderSettingsPrimPath`"
+            report.add("usd-attribute", message, found[0].GetPath(), help)
+        return found[0] if len(found) == 1 else None
     settings = UsdRender.Settings.GetStageRenderSettings(stage)
     if settings:
         return settings.GetPrim()
@@ -26,18 +33,18 @@ def render_settings(stage: Any, report: Report) -> Any | None:
     return None
 
 
-def first_camera(prim: Any) -> str | None:
-    """The path of the camera that the settings name."""
-    targets = UsdRender.Settings(prim).GetCameraRel().GetForwardedTargets()
-    return str(targets[0]) if targets else None
+def included_purposes(prim: Any, clock: Clock) -> frozenset[str] | None:
+    """The purposes that the settings include, if they say so."""
+    attribute = UsdRender.Settings(prim).GetIncludedPurposesAttr()
+    said = clock.value(attribute) if attribute.HasAuthoredValue() else None
+    return None if said is None else frozenset(map(str, said))
 
 
-def read_settings(prim: Any, clock: Clock, report: Report) -> Settings:
+def read_settings(prim: Any, framing: Framing, clock: Clock, report: Report) -> Settings:
     """The settings of a RenderSettings prim; what is out of range is reported and not said."""
     said: dict[str, Any] = {}
-    resolution = clock.value(prim.GetAttribute("resolution"))
-    if resolution is not None and prim.GetAttribute("resolution").HasAuthoredValue():
-        said["width"], said["height"] = (int(n) or None for n in resolution)
+    if framing.size is not None:
+        said["width"], said["height"] = (n or None for n in framing.size)
     said["samples"] = int(clock.number(prim.GetAttribute("ovolo:samples"), 0.0)) or None
     for name, most in _MOST.items():
         if said.get(name) is not None and not 1 <= said[name] <= most:

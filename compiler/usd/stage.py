@@ -7,6 +7,7 @@ import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
@@ -15,13 +16,14 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdUtils
 from compiler.usd.appearance import Base
 from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
+from compiler.usd.framing import Framing, read_framing
 from compiler.usd.lights import read_light
 from compiler.usd.opening import open_stage, sentence
-from compiler.usd.options import StageOptions
+from compiler.usd.options import PURPOSES, StageOptions
 from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
-from compiler.usd.settings import first_camera, read_settings, render_settings
+from compiler.usd.settings import included_purposes, read_settings, render_settings
 from compiler.usd.traverse import Inherited, Traversal
 from compiler.usd.xform import world_matrix, world_steps
 from dsl.diagnostics import Diagnostic
@@ -73,6 +75,12 @@ def _import(
     root = stage.GetPseudoRoot() if only is None else _find(stage, only, report)
     if root is None or report.failed:
         return []
+    settings = render_settings(stage, report) if options.surroundings else None
+    framing = read_framing(settings, clock, report) if settings else None
+    purposes = options.purposes
+    if purposes is None:
+        purposes = (included_purposes(settings, clock) if settings else None) or PURPOSES
+        options = replace(options, purposes=purposes)
     coarser = _coarsening(stage, root, clock, report) if options.complexity == "limit" else 0
     traversal = Traversal(stage, name, clock, report, options, coarser)
     parent = root.GetParent() if only is not None else None
@@ -83,17 +91,16 @@ def _import(
     if chain and items:
         items = [Instances(Group(tuple(items)), Transform(chain))]
     items += frame.hoisted
-    settings = render_settings(stage, report) if options.surroundings else None
-    first = first_camera(settings) if settings else None
+    first = framing.camera if framing else None
     for path in sorted(frame.placed, key=lambda path: path != first):
-        items += _placed(stage.GetPrimAtPath(path), traversal, name)
+        items += _placed(stage.GetPrimAtPath(path), traversal, name, framing)
     up = UsdGeom.GetStageUpAxis(stage)
     if up not in ("Y", "Z"):
         report.add("usd-attribute", f"`upAxis = {up!r}` is neither Y nor Z; Y is up", "/")
     if up == "Z" and options.surroundings:
         items.append(Settings(up="z"))
-    if settings:
-        items.append(read_settings(settings, traversal.clock, report))
+    if settings and framing:
+        items.append(read_settings(settings, framing, traversal.clock, report))
     return items
 
 
@@ -122,7 +129,7 @@ def _find(stage: Any, only: str, report: Report) -> Any | None:
     return None
 
 
-def _placed(prim: Any, traversal: Traversal, name: str) -> list[Node]:
+def _placed(prim: Any, traversal: Traversal, name: str, framing: Framing | None) -> list[Node]:
     """A camera or light, in stage space."""
     path = str(prim.GetPath())
     origin = Origin(PrimPlace(name, path), path)
@@ -131,6 +138,8 @@ def _placed(prim: Any, traversal: Traversal, name: str) -> list[Node]:
         camera = read_camera(prim, clock, report, origin)
         if camera is None:
             return []
+        if framing is not None and framing.camera == path:
+            camera = framing.framed(camera)
         return [Instances(camera, Transform(world_steps(prim, clock, report)))]
     if not prim.HasAPI(UsdLux.LightAPI) or not traversal.inherited(prim).visible:
         return []

@@ -10,7 +10,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from compiler.usd.clock import Clock
 from compiler.usd.opening import open_stage
-from compiler.usd.options import StageOptions
+from compiler.usd.options import PURPOSES, StageOptions
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
 from compiler.usd.stage import collected_warnings, one_at_a_time
@@ -86,7 +86,7 @@ def _types(
             continue
         if not visible:
             count["invisible"] += 1
-        elif purpose not in options.purposes:
+        elif purpose not in (options.purposes or PURPOSES):
             count[f"purpose {purpose}"] += 1
         else:
             count["drawn" if kind in known else "left out"] += 1

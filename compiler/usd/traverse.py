@@ -19,7 +19,7 @@ from compiler.usd.draw_modes import draw_stand_in, stand_in
 from compiler.usd.gprims import Gprims, is_unsupported
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
-from compiler.usd.options import StageOptions
+from compiler.usd.options import PURPOSES, StageOptions
 from compiler.usd.report import Report
 from compiler.usd.round import Round
 from compiler.usd.schema import type_of
@@ -40,7 +40,7 @@ DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
 
-PURPOSES = frozenset({"default", "render", "proxy", "guide"})
+KNOWN = frozenset({"default", "render", "proxy", "guide"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +104,7 @@ class Traversal:
         self.report = report
         self.appearance = Appearance(clock, report)
         self._options = options
+        self._shown = options.purposes or PURPOSES
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._round = Round()
@@ -220,7 +221,7 @@ class Traversal:
                 frame.placed.append(frame.base.label(prim.GetPath()))
             elif not prim.IsA(UsdGeom.Gprim):
                 return
-        if inherited.visible and inherited.purpose in self._options.purposes:
+        if inherited.visible and inherited.purpose in self._shown:
             self._unused.check(prim, kind)
         if visit.mode:
             self._draw_stand_in(visit, frame)
@@ -248,10 +249,10 @@ class Traversal:
             return False
         if not inherited.visible or not prim.IsA(UsdGeom.Boundable):
             return False
-        if inherited.purpose not in PURPOSES:
+        if inherited.purpose not in KNOWN:
             message = f"prims of the unknown purpose `{inherited.purpose}` are not drawn"
             self.report.add("usd-attribute", message, prim.GetPath())
-        return inherited.purpose in self._options.purposes
+        return inherited.purpose in self._shown
 
     def _is_skinned(self, visit: Visit, frame: Frame) -> bool:
         """Whether joints move a prim; animations are those of the instance around it."""
@@ -264,9 +265,9 @@ class Traversal:
         return self._skinning.steps(visit.prim) if self._is_skinned(visit, frame) else ()
 
     def _draw_stand_in(self, visit: Visit, frame: Frame) -> None:
-        prim, inherited, purposes = visit.prim, visit.inherited, self._options.purposes
-        if inherited.visible and inherited.purpose in purposes:
-            node = draw_stand_in(prim, visit.mode, purposes, self.clock, self.report)
+        prim, inherited = visit.prim, visit.inherited
+        if inherited.visible and inherited.purpose in self._shown:
+            node = draw_stand_in(prim, visit.mode, self._shown, self.clock, self.report)
             if node is not None:
                 origin = self.origin(prim, frame)
                 visit.own.append(Instances(node, Transform(), origin=origin))

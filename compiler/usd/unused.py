@@ -26,6 +26,16 @@ _LIGHT = {
     "light:filters",
     "light:shaderId",
 }
+_FRAME = {
+    "aspectRatioConformPolicy",
+    "camera",
+    "dataWindowNDC",
+    "disableDepthOfField",  # pictures have none
+    "disableMotionBlur",
+    "instantaneousShutter",
+    "pixelAspectRatio",
+    "resolution",
+}
 _READ: dict[str, set[str]] = {
     "": set(),
     "Scope": set(),
@@ -61,6 +71,11 @@ _READ: dict[str, set[str]] = {
     "Camera": {
         "clippingPlanes",
         "clippingRange",
+        "exposure",
+        "exposure:fStop",
+        "exposure:iso",
+        "exposure:responsivity",
+        "exposure:time",
         "ovolo:clippingRange",
         "ovolo:freeAspect",
         "fStop",
@@ -69,6 +84,8 @@ _READ: dict[str, set[str]] = {
         "horizontalAperture",
         "horizontalApertureOffset",
         "projection",
+        "shutter:close",
+        "shutter:open",
         "verticalAperture",
         "verticalApertureOffset",
     },
@@ -80,14 +97,16 @@ _READ: dict[str, set[str]] = {
     "Cylinder_1": {"axis", "height", "radiusBottom", "radiusTop"},
     "Plane": {"axis", "length", "width"},
     "RenderSettings": {
-        "camera",
+        *_FRAME,
+        "includedPurposes",
         "ovolo:exposure",
         "ovolo:integrator",
         "ovolo:occlusionDistance",
         "ovolo:precision",
         "ovolo:samples",
-        "resolution",
+        "products",
     },
+    "RenderProduct": {*_FRAME, "productType"},
     "Sphere": {"radius"},
     "Mesh": {
         EXACT_POINTS,

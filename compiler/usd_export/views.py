@@ -93,6 +93,18 @@ def write_cameras(root: Any, scene: ir.SceneIR) -> list[Any]:
             attribute(prim, f"{axis}Aperture", "float", size)
             if moved:
                 attribute(prim, f"{axis}ApertureOffset", "float", moved * size)
+        exposure, focus = float(camera["exposure"]), float(camera["focus_distance"])
+        radius = float(camera["lens_radius"])
+        opened, closed = (float(t) for t in camera["shutter"])
+        for said, type_name, number in (
+            ("exposure", "float", exposure),
+            ("focusDistance", "float", focus),
+            ("fStop", "float", 0.05 * _FOCAL / radius if radius else 0.0),
+            ("shutter:open", "double", opened),
+            ("shutter:close", "double", closed),
+        ):
+            if number:
+                attribute(prim, said, type_name, number)
         near, far = float(camera["near"]), float(camera["far"])
         seen = (near or _CLIPPING[0], far if math.isfinite(far) else max(_CLIPPING[1], 2.0 * near))
         attribute(prim, "clippingRange", "float2", Gf.Vec2f(*seen))

@@ -47,9 +47,10 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     stage.add_argument(
         "--purposes",
         type=_purposes,
-        default=frozenset({"default", "render"}),
+        default=None,
         metavar="NAMES",
-        help="drawn beside default, separated by commas: render, proxy, guide; default: render",
+        help="drawn beside default, separated by commas: render, proxy, guide; "
+        "default: what the stage's render settings include, or render",
     )
     stage.add_argument("--prim", metavar="PATH", help="draw this prim and those below, in place")
     stage.add_argument(

@@ -24,12 +24,18 @@ MESH = {
     "points", "subdivisionScheme", "triangleSubdivisionRule",
 }  # fmt: skip
 FALLBACK_MESH = {"faceVertexCounts", "faceVertexIndices", "points", "subdivisionScheme"}
+FRAME = {
+    "aspectRatioConformPolicy", "camera", "dataWindowNDC", "disableDepthOfField",
+    "disableMotionBlur", "instantaneousShutter", "pixelAspectRatio", "resolution",
+}  # fmt: skip
 READ = {
     "Backdrop": {"ui:description"},
     "BasisCurves": {"basis", "curveVertexCounts", "points", "type", "widths", "wrap"},
     "Camera": {
-        "clippingRange", "focalLength", "focusDistance", "horizontalAperture",
-        "horizontalApertureOffset", "projection", "verticalAperture", "verticalApertureOffset",
+        "clippingRange", "exposure", "exposure:fStop", "exposure:iso", "exposure:responsivity",
+        "exposure:time", "shutter:close", "shutter:open", "focalLength", "focusDistance",
+        "horizontalAperture", "horizontalApertureOffset", "projection",
+        "verticalAperture", "verticalApertureOffset",
     },
     "Capsule": {"axis", "height", "radius"},
     "Capsule_1": {"axis", "height", "radiusBottom", "radiusTop"},
@@ -65,7 +71,8 @@ READ = {
         "prototypes", "scales",
     },
     "Points": {"ids", "points", "widths"},
-    "RenderSettings": {"camera", "resolution"},
+    "RenderProduct": {*FRAME, "productType"},
+    "RenderSettings": {*FRAME, "includedPurposes", "products"},
     "Scope": set(),
     "Shader": {"info:id", "info:implementationSource"},
     "SkelAnimation": {
