@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NoReturn
+from collections.abc import Callable
+from typing import Any, NoReturn
 
 from dsl import ast
 from dsl.diagnostics import Label
+from dsl.spans import Span
 from dsl.token_reader import SyntaxFault, TokenReader
 from dsl.tokens import KEYWORDS, Token, describe
 
@@ -29,6 +31,20 @@ _LEVELS = {
 """Binding strength of the binary operators; `not` stands at 2, unary `-` above all."""
 _NEWLINE = "a newline ends a statement unless a round or square bracket is open"
 _NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
+
+
+_SINGLE: dict[str, Callable[[Span, Any], ast.Expression]] = {
+    "name": ast.Name,
+    "reserved": ast.Name,
+    "number": ast.Number,
+    "angle": ast.AngleLiteral,
+    "string": ast.String,
+    "color": ast.ColorLiteral,
+    "true": lambda span, _: ast.Boolean(span, True),
+    "false": lambda span, _: ast.Boolean(span, False),
+    "fault": lambda span, _: ast.Missing(span),
+}
+"""Expressions of one token, by its kind."""
 
 
 class ExpressionParser(TokenReader, ABC):
@@ -129,51 +145,26 @@ class ExpressionParser(TokenReader, ABC):
 
     def argument(self) -> ast.Argument:
         """`[ name ":" ] expression`."""
-        start = self.token
-        named = self.next_kind() == ":" and (
-            start.kind in ("name", "reserved") or start.kind in KEYWORDS
-        )
-        if named:
+        start, following = self.token, self.next_kind()
+        name, name_span = None, None
+        if following == ":" and (start.kind in ("name", "reserved") or start.kind in KEYWORDS):
             self.advance()
             self.advance()
-        elif self.next_kind() == "=" and start.kind == "name":
+            name, name_span = str(start.value or start.kind), self.token_span(start)
+        elif following == "=" and start.kind == "name":
             self.advance()
             self.expected("`:`", f"write `{start.value}: value`")
         value = self.expression()
-        return ast.Argument(
-            self.span(start),
-            str(start.value or start.kind) if named else None,
-            self.token_span(start) if named else None,
-            value,
-        )
+        return ast.Argument(self.span(start), name, name_span, value)
 
     def primary(self) -> ast.Expression:
         """A literal, a name, or something in brackets."""
         token = self.token
-        span = self.token_span(token)
+        make = _SINGLE.get(token.kind)
+        if make is not None:
+            self.advance()
+            return make(self.token_span(token), token.value)
         match token.kind:
-            case "number":
-                self.advance()
-                return ast.Number(span, _as_float(token))
-            case "angle":
-                self.advance()
-                return ast.AngleLiteral(span, _as_float(token))
-            case "string":
-                self.advance()
-                return ast.String(span, str(token.value))
-            case "color":
-                self.advance()
-                assert isinstance(token.value, tuple)
-                return ast.ColorLiteral(span, token.value)
-            case "true" | "false":
-                self.advance()
-                return ast.Boolean(span, token.kind == "true")
-            case "name":
-                self.advance()
-                return ast.Name(span, str(token.value))
-            case "reserved" if token.value == "time":
-                self.advance()
-                return ast.Name(span, "time")
             case "(":
                 return self.parenthesised()
             case "[":
@@ -186,17 +177,6 @@ class ExpressionParser(TokenReader, ABC):
                 return self.conditional()
             case "for":
                 return self.loop()
-            case "fault":
-                self.advance()
-                return ast.Missing(span)
-            case "reserved":
-                self.report(
-                    "syntax-reserved-word",
-                    f"`{token.value}` is reserved",
-                    token,
-                    help="it will have a meaning in a later version",
-                )
-                raise SyntaxFault
             case "newline" if self.tokens[self.position - 1].kind in _LEVELS:
                 return self.after_newline()
             case _:
@@ -297,8 +277,3 @@ class ExpressionParser(TokenReader, ABC):
             self.expected("`{` and the loop's body", "write `for i in 0..n { … }`")
         body = self.block()
         return ast.For(self.span(start), tuple(variables), body)
-
-
-def _as_float(token: Token) -> float:
-    assert isinstance(token.value, float)
-    return token.value

@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
-from collections.abc import Callable
-from functools import cache, partial
-from itertools import accumulate
+from functools import cache
 
 from dsl.angles import UNITS, degrees_from_literal
 from dsl.budget import Limits
@@ -21,24 +18,37 @@ from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.tokens import KEYWORDS, RESERVED, Token, TokenValue
 
-_TOKEN = r"""
-    (?P<space>[^\S\r\n]+|//[^\r\n]*|/\*[\s\S]*?\*/)
-  | (?P<newline>\r\n?|\n)
-  | (?P<name>[^\W\d]\w*)
-  | (?P<number>(?P<digits>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)(?P<unit>[^\W\d]\w*)?)
-  | (?P<symbol>\.\.|==|!=|<=|>=|[()\[\]{}.,:=+\-*%<>]|/(?!\*))
-  | (?P<string>"(?:[^"\\\r\n]|\\[^\r\n])*")
-  | (?P<open_string>"(?:[^"\\\r\n]|\\[^\r\n])*)
-  | (?P<color>\#\w*)
-  | (?P<open_comment>/\*[\s\S]*)
-  | (?P<other>[^\s\w"#()\[\]{}.,:=+\-*/%<>]+|[\s\S])
+_WORD = r"""
+    [^\S\r\n]+ | //[^\r\n]* | /\*[\s\S]*?\*/            # space
+  | \r\n? | \n
+  | [^\W\d]\w*                                          # name
+  | [0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?(?:[^\W\d]\w*)?
+  | \.\.|==|!=|<=|>=|[()\[\]{}.,:=+\-*%<>]|/(?!\*)
+  | "(?:[^"\\\r\n]|\\[^\r\n])*"?
+  | \#\w*                                               # color
+  | /\*[\s\S]*                                          # comment without an end
+  | [^\s\w"\#()\[\]{}.,:=+\-*/%<>]+ | [\s\S]            # what begins no word
     """
-_ASCII = re.compile(_TOKEN, re.VERBOSE)
+"""A text is a row of these, without gaps."""
+_ASCII = re.compile(_WORD, re.VERBOSE)
+_DIGITS = re.compile(r"[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
+_STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 _ESCAPE = re.compile(r"\\(?:u\{([0-9a-fA-F]{1,6})\}|(.))")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 _CLOSES = {")": "(", "]": "[", "}": "{"}
 _BRACKETS = frozenset("()[]{}")
 _STATEMENT_WORDS = frozenset(("let", "fn", "use", "param"))
+
+_Word = tuple[str, TokenValue]
+"""The kind and value of a word: those of its token, or "space"."""
+_SPACE: _Word = ("space", None)
+_FIXED: dict[str, _Word] = {
+    " ": _SPACE,
+    **dict.fromkeys(("\n", "\r", "\r\n"), ("newline", None)),
+    **{word: (word, None) for word in (*"()[]{}.,:=+-*/%<>", "..", "==", "!=", "<=", ">=")},
+    **{word: (word, None) for word in KEYWORDS},
+    **{word: ("reserved", word) for word in RESERVED},
+}
 
 _MENDS = {
     "^": "write `pow(a, b)`",
@@ -76,7 +86,7 @@ def tokenize(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnost
 def _pattern(text: str) -> re.Pattern[str]:
     r"""The words of a text; its names go on with all of XID_Continue, of which `\w` lacks marks."""
     marks = "" if text.isascii() else "".join(filter(_continues, set(text)))
-    return re.compile(_TOKEN.replace(r"\w*", rf"[\w{marks}]*"), re.VERBOSE) if marks else _ASCII
+    return re.compile(_WORD.replace(r"\w*", rf"[\w{marks}]*"), re.VERBOSE) if marks else _ASCII
 
 
 def _continues(character: str) -> bool:
@@ -98,109 +108,131 @@ def srgb_to_linear(encoded: float, white: int = 1) -> float:
         return float(((c + Decimal("0.055")) / Decimal("1.055")) ** Decimal("2.4"))
 
 
-_token: Callable[[tuple[str, int, int, TokenValue]], Token] = partial(tuple.__new__, Token)
-
-
 class _Lexer:
     def __init__(self, source: Source, limits: Limits) -> None:
         self.source = source
         self.limits = limits
-        self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
+        self.faulty = False  # the word being read
+        self.known = dict(_FIXED)  # the words so far: each is read once
         self.brackets: list[str] = []
         self.open = dict.fromkeys("([{", 0)  # how many of each are among the brackets
-        self.newline: Token | None = None  # seen, but the next line may still start with a dot
-        self.line_start = True
-        text = source.text
-        self.offsets: list[int] | None = None  # byte offset of each character, if they differ
-        if not text.isascii():
-            self.offsets = list(accumulate((_utf8_length(c) for c in text), initial=0))
 
     def run(self) -> tuple[list[Token], list[Diagnostic]]:
-        size = self.byte(len(self.source.text))
-        if size > self.limits.source_bytes:
-            self.fault(
-                "limit-source",
-                f"the source has {size} bytes, more than the limit of {self.limits.source_bytes}",
-                0,
-                0,
-                help="split it into files and `use` them",
-            )
+        text, limit = self.source.text, self.limits.source_bytes
+        size = _size(text)
+        if size > limit:
+            message = f"the source has {size} bytes, more than the limit of {limit}"
+            self.fault("limit-source", message, 0, 0, help="split it into files and `use` them")
             return [Token("end", 0, 0)], self.diagnostics
-        handlers: dict[str | None, Callable[[re.Match[str]], None]] = {
-            "newline": self._newline,
-            "name": self._name,
-            "number": self._number,
-            "symbol": self._symbol,
-            "string": self._string,
-            "open_string": self._open_string,
-            "color": self._color,
-            "open_comment": self._open_comment,
-            "other": self._other,
-        }
-        for match in _pattern(self.source.text).finditer(self.source.text):
-            if match.lastgroup != "space":
-                handlers[match.lastgroup](match)
-        self.add("end", len(self.source.text), len(self.source.text))
-        return self.tokens, self.diagnostics
-
-    def byte(self, index: int) -> int:
-        return index if self.offsets is None else self.offsets[index]
+        tokens, known, is_ascii = list[Token](), self.known, text.isascii()
+        newline: Token | None = None  # seen, but the next line may still start with a dot
+        line_start = True
+        end = 0
+        for word in _pattern(text).findall(text):
+            start, end = end, end + (len(word) if is_ascii else _size(word))
+            kind, value = known.get(word) or self.read(word, start)
+            if kind == "space":
+                continue
+            if kind == "newline":
+                line_start = True
+                if newline is None and not self.in_brackets():
+                    newline = Token("newline", start, end)
+                continue
+            if line_start:
+                line_start = False
+                if newline is None and kind in _STATEMENT_WORDS:
+                    # Only a bracket that was never closed can put one of these words here: close
+                    # it, so that the fault stays in its own statement.
+                    self.leave_line()
+                    newline = Token("newline", start, start)
+            if newline is not None:
+                if kind != ".":
+                    tokens.append(newline)
+                newline = None
+            tokens.append(Token(kind, start, end, value))
+            if kind in _BRACKETS:
+                self.bracket(kind)
+        if newline is not None:
+            tokens.append(newline)
+        tokens.append(Token("end", size, size))
+        return tokens, self.diagnostics
 
     def fault(self, code: str, message: str, start: int, end: int, help: str | None = None) -> None:
+        self.faulty = True
         if len(self.diagnostics) <= self.limits.diagnostics:
-            span = Span(self.source, self.byte(start), self.byte(end))
+            span = Span(self.source, start, end)
             self.diagnostics.append(diagnostic(code, message, span, help=help))
 
-    def add(self, kind: str, start: int, end: int, value: TokenValue = None) -> None:
-        if self.newline is not None:
-            if kind != ".":
-                self.tokens.append(self.newline)
-            self.newline = None
-        if self.offsets is not None:
-            start, end = self.offsets[start], self.offsets[end]
-        self.tokens.append(_token((kind, start, end, value)))
-        self.line_start = False
+    def in_brackets(self) -> bool:
+        """Whether a newline ends no statement here."""
+        return bool(self.brackets) and self.brackets[-1] != "{"
 
-    def _newline(self, match: re.Match[str]) -> None:
-        self.line_start = True
-        if self.newline is None and not (self.brackets and self.brackets[-1] != "{"):
-            self.newline = Token("newline", self.byte(match.start()), self.byte(match.end()))
+    def bracket(self, symbol: str) -> None:
+        if symbol in "([{":
+            self.brackets.append(symbol)
+            self.open[symbol] += 1
+        elif self.open[opener := _CLOSES[symbol]]:
+            while self.leave() != opener:
+                pass
 
-    def _name(self, match: re.Match[str]) -> None:
-        word = match[0]
-        if word in _STATEMENT_WORDS and self.line_start and self.newline is None:
-            # Only a bracket that was never closed can put one of these words here: close it,
-            # so that the fault stays in its own statement.
-            self._leave_line()
-            start = self.byte(match.start())
-            self.newline = Token("newline", start, start)
-        if word in KEYWORDS:
-            self.add(word, *match.span())
-        elif word in RESERVED:
-            self.add("reserved", *match.span(), word)
-        elif word.isidentifier():
-            value = word if word.isascii() else unicodedata.normalize("NFC", word)
-            self.add("name", *match.span(), value)
+    def leave(self) -> str:
+        """Forget the innermost bracket."""
+        opener = self.brackets.pop()
+        self.open[opener] -= 1
+        return opener
+
+    def leave_line(self) -> None:
+        """Forget the brackets in which a newline ends no statement."""
+        while self.in_brackets():
+            self.leave()
+
+    def read(self, word: str, start: int) -> _Word:
+        """A word that is not known; the same word without faults is known from here on."""
+        self.faulty = False
+        first = word[0]
+        if first == "_" or (first.isalnum() and not first.isdecimal()):
+            found = self.name(word, start)
+        elif first in "0123456789":
+            found = self.number(word, start)
+        elif first == '"':
+            found = self.string(word, start)
+        elif first == "#":
+            found = self.color(word, start)
+        elif first == "/":
+            found = self.comment(word, start)
+        elif first.isspace():
+            found = _SPACE
         else:
-            valid = next(n for n in range(len(word)) if not word[: n + 1].isidentifier())
-            self._unexpected(match.start() + valid, match.start() + valid + 1)
-            self.add("fault", match.start(), match.end())
+            found = self.unexpected(word, start)
+        if not self.faulty:
+            self.known[word] = found
+        return found
 
-    def _number(self, match: re.Match[str]) -> None:
-        digits, unit = match.group("digits", "unit")
-        start, end = match.span()
+    def name(self, word: str, start: int) -> _Word:
+        if word.isascii():
+            return "name", word
+        if word.isidentifier():
+            from unicodedata import normalize
+
+            return "name", normalize("NFC", word)
+        valid = next(n for n in range(len(word)) if not word[: n + 1].isidentifier())
+        return self.unexpected(word[valid], start + _size(word[:valid]))
+
+    def number(self, word: str, start: int) -> _Word:
+        digits = _DIGITS.match(word)[0]  # type: ignore[index]
+        unit, middle = word[len(digits) :], start + len(digits)
         kind, value = "number", float(digits)
         if unit in UNITS:
             kind, value = "angle", degrees_from_literal(digits, unit)
-        elif unit is not None:
+        elif unit:
             kind = "fault"
             near = did_you_mean(unit, UNITS)
             self.fault(
                 "syntax-unknown-unit",
                 f"no unit named `{unit}`",
-                start + len(digits),
-                end,
+                middle,
+                middle + _size(unit),
                 help=near
                 or f"angles have the units deg, rad and turn; a product is written "
                 f"`{digits} * {unit}`",
@@ -210,47 +242,29 @@ class _Lexer:
                 "syntax-number",
                 f"`{digits[:40]}` is too large for a number",
                 start,
-                start + len(digits),
+                middle,
                 help="numbers go up to about 1.8e308",
             )
             kind = "fault"
-        self.add(kind, start, end, value)
+        return kind, value
 
-    def _symbol(self, match: re.Match[str]) -> None:
-        symbol = match[0]
-        self.add(symbol, *match.span())
-        if symbol not in _BRACKETS:
-            return
-        if symbol in "([{":
-            self.brackets.append(symbol)
-            self.open[symbol] += 1
-        elif self.open[opener := _CLOSES[symbol]]:
-            while self._leave() != opener:
-                pass
-
-    def _leave(self) -> str:
-        """Forget the innermost bracket."""
-        opener = self.brackets.pop()
-        self.open[opener] -= 1
-        return opener
-
-    def _leave_line(self) -> None:
-        """Forget the brackets in which a newline ends no statement."""
-        while self.brackets and self.brackets[-1] != "{":
-            self._leave()
-
-    def _string(self, match: re.Match[str]) -> None:
-        start, end = match.span()
-        if end - start - 2 > self.limits.string_length:
+    def string(self, word: str, start: int) -> _Word:
+        if not _STRING.fullmatch(word):
             self.fault(
-                "limit-string-length",
-                f"a string of {end - start - 2} characters, more than the limit of "
-                f"{self.limits.string_length}",
+                "syntax-unterminated-string",
+                "this string has no closing quote on its line",
                 start,
-                start + 1,
+                start + _size(word),
+                help='end it with `"`',
             )
-            self.add("fault", start, end)
-            return
+            # What would close the brackets of this line is inside the string.
+            self.leave_line()
+            return "fault", None
+        length, limit = len(word) - 2, self.limits.string_length
+        if length > limit:
+            message = f"a string of {length} characters, more than the limit of {limit}"
+            self.fault("limit-string-length", message, start, start + 1)
+            return "fault", None
 
         def unescape(escape: re.Match[str]) -> str:
             code, letter = escape.groups()
@@ -262,61 +276,54 @@ class _Lexer:
                 return chr(int(code, 16))
             if letter in _ESCAPES:
                 return _ESCAPES[letter]
+            before = start + _size(word[: 1 + escape.start()])
             self.fault(
                 "syntax-escape",
                 f"no escape `{escape[0]}`",
-                start + 1 + escape.start(),
-                start + 1 + escape.end(),
+                before,
+                before + _size(escape[0]),
                 help='the escapes are \\" \\\\ \\n \\t and \\u{hexadecimal digits}',
             )
             return ""
 
-        self.add("string", start, end, _ESCAPE.sub(unescape, match[0][1:-1]))
+        return "string", _ESCAPE.sub(unescape, word[1:-1])
 
-    def _open_string(self, match: re.Match[str]) -> None:
-        self.fault(
-            "syntax-unterminated-string",
-            "this string has no closing quote on its line",
-            *match.span(),
-            help='end it with `"`',
-        )
-        # What would close the brackets of this line is inside the string.
-        self._leave_line()
-        self.add("fault", match.start(), match.end())
+    def comment(self, word: str, start: int) -> _Word:
+        if word.startswith("/*") and not (word.endswith("*/") and len(word) > 3):
+            self.fault(
+                "syntax-unterminated-comment",
+                "this comment is never closed",
+                start,
+                start + 2,
+                help="end it with `*/`",
+            )
+        return _SPACE
 
-    def _open_comment(self, match: re.Match[str]) -> None:
-        self.fault(
-            "syntax-unterminated-comment",
-            "this comment is never closed",
-            match.start(),
-            match.start() + 2,
-            help="end it with `*/`",
-        )
-
-    def _color(self, match: re.Match[str]) -> None:
-        digits = match[0][1:]
+    def color(self, word: str, start: int) -> _Word:
+        digits = word[1:]
         if re.fullmatch("[0-9a-fA-F]{6}", digits):
             red, green, blue = (srgb_to_linear(int(digits[i : i + 2], 16), 255) for i in (0, 2, 4))
-            self.add("color", match.start(), match.end(), (red, green, blue))
-            return
+            return "color", (red, green, blue)
         help = "a color has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"
         if re.fullmatch("[0-9a-fA-F]{3}", digits):
             help = f"write `#{''.join(2 * digit for digit in digits)}`"
-        self.fault("syntax-color", f"`{match[0][:40]}` is no color", *match.span(), help=help)
-        self.add("fault", match.start(), match.end())
+        message = f"`{word[:40]}` is no color"
+        self.fault("syntax-color", message, start, start + _size(word), help=help)
+        return "fault", None
 
-    def _other(self, match: re.Match[str]) -> None:
-        self._unexpected(*match.span())
-        self.add("fault", match.start(), match.end())
-
-    def _unexpected(self, start: int, end: int) -> None:
-        words = self.source.text[start:end]
+    def unexpected(self, words: str, start: int) -> _Word:
         shown = words if len(words) <= 8 else words[:8] + "…"
         named = f"`{shown}`" if shown.isprintable() else f"U+{ord(shown[0]):04X}"
-        message = f"unexpected character {named}"
-        self.fault("syntax-unexpected-character", message, start, end, help=_MENDS.get(words))
+        self.fault(
+            "syntax-unexpected-character",
+            f"unexpected character {named}",
+            start,
+            start + _size(words),
+            help=_MENDS.get(words),
+        )
+        return "fault", None
 
 
-def _utf8_length(character: str) -> int:
-    code = ord(character)
-    return 1 if code < 0x80 else 2 if code < 0x800 else 3 if code < 0x10000 else 4
+def _size(text: str) -> int:
+    """Bytes in UTF-8; a lone surrogate has three."""
+    return len(text) if text.isascii() else len(text.encode("utf-8", "surrogatepass"))

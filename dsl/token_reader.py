@@ -44,7 +44,8 @@ class TokenReader:
     def advance(self) -> Token:
         """The current token; the next one comes into view."""
         token = self.token
-        self.tainted |= token.kind == "fault"
+        if token.kind == "fault":
+            self.tainted = True
         if token.kind != "end":
             self.position += 1
             self.token = self.tokens[self.position]
@@ -52,12 +53,13 @@ class TokenReader:
 
     def next_kind(self) -> str:
         """The kind of the token after the current."""
-        return self.tokens[min(self.position + 1, len(self.tokens) - 1)].kind
+        return "end" if self.token.kind == "end" else self.tokens[self.position + 1].kind
 
     def span(self, start: Token) -> Span:
         """From a token to the one before the current."""
-        end = self.tokens[self.position - 1].end if self.position else start.end
-        return Span(self.source, start.start, max(end, start.start))
+        first = start.start
+        last = self.tokens[self.position - 1].end if self.position else start.end
+        return Span(self.source, first, last if last > first else first)
 
     def token_span(self, token: Token) -> Span:
         """The place of a token."""

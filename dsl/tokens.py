@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dsl.records import node
 
 KEYWORDS = frozenset(
     (
@@ -28,7 +28,8 @@ RESERVED = frozenset(("time",))
 TokenValue = float | str | tuple[float, float, float] | None
 
 
-class Token(NamedTuple):
+@node
+class Token:
     """One word.
 
     `kind` is the text itself for keywords and symbols, otherwise "number", "angle", "string",
