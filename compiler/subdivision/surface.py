@@ -9,6 +9,7 @@ import numpy as np
 from compiler.subdivision import masks
 from compiler.subdivision.cage import Cage, Scheme
 from compiler.subdivision.masks import Sharpness
+from compiler.subdivision.normals import normals
 from dsl.scene import FloatArray, IntArray
 
 
@@ -17,16 +18,26 @@ class Surface:
     """Polygons of `counts` `(f,)` corners each, whose `points` `(v, 3)` are `corners` `(c,)`.
 
     `faces` `(f,)` are the faces of the cage that they come from; its points keep their numbers.
+    `normals` `(n, 3)` are unit or zero, and `corner_normals` `(c,)` which of them each corner has;
+    None unless they were asked for.
     """
 
     points: FloatArray
     counts: IntArray
     corners: IntArray
     faces: IntArray
+    normals: FloatArray | None = None
+    corner_normals: IntArray | None = None
 
 
 def limit_surface(
-    cage: Cage, points: FloatArray, scheme: Scheme, level: int, *, smooth_triangles: bool = False
+    cage: Cage,
+    points: FloatArray,
+    scheme: Scheme,
+    level: int,
+    *,
+    smooth_triangles: bool = False,
+    with_normals: bool = False,
 ) -> Surface:
     """Refine `level` times, then move all points to their limits.
 
@@ -34,7 +45,8 @@ def limit_surface(
     width; those of no face are ignored, and zero in the surface. Faces of a "loop" cage are
     triangles. With `smooth_triangles`, triangles of a "catmullClark" cage are refined by the
     `smooth` rule. Sharpness that is left after the last level counts as it stands: below 1 it
-    moves its points part of the way to the crease.
+    moves its points part of the way to the crease. For `with_normals`, points are positions; edges
+    whose sharpness is left are where normals break.
     """
     used = np.zeros(len(points), bool)
     used[cage.topology.corners] = True
@@ -64,8 +76,17 @@ def limit_surface(
     if level == 0:
         faces = cage.topology
         points, origin = points[: faces.point_count], np.arange(len(faces.counts))
+        sharpness = Sharpness(cage.edge_sharpness, cage.point_sharpness)
+    found, rows = normals(points, faces, sharpness.edges >= 1.0) if with_normals else (None, None)
     if not cage.hidden.any():
-        return Surface(points, faces.counts, faces.corners, origin)
+        return Surface(points, faces.counts, faces.corners, origin, found, rows)
     shown = ~cage.hidden[origin]
-    corners = faces.corners[np.repeat(shown, faces.counts)]
-    return Surface(points, faces.counts[shown], corners, origin[shown])
+    of_shown = np.repeat(shown, faces.counts)
+    return Surface(
+        points,
+        faces.counts[shown],
+        faces.corners[of_shown],
+        origin[shown],
+        found,
+        None if rows is None else rows[of_shown],
+    )

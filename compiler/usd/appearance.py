@@ -17,10 +17,10 @@ from pxr import Sdf, UsdGeom, UsdShade
 from compiler.usd.clock import Clock
 from compiler.usd.materials import Materials
 from compiler.usd.report import Report
-from dsl.scene import DEFAULT_MATERIAL, FloatArray, Material
+from dsl.scene import DEFAULT_MATERIAL, FloatArray, Material, Texture
 
 FACE_COLORS = 256
-"""Distinct colours per face up to which a mesh is split by colour; beyond, their mean is used."""
+"""Distinct colours per face up to which a mesh is split by colour; beyond, they vary over it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +73,8 @@ class Display:
     """A prim's displayColor and displayOpacity.
 
     `colors` `(k, 3)` with `faces` the colour of each face, or one colour and no faces. `below`
-    says that some of it is authored below the frame's base, `above` that some is not; `varies`
-    that the one colour is the mean of what varies within faces.
+    says that some of it is authored below the frame's base, `above` that some is not. `textures`
+    give what varies within faces, of which the one colour, and the opacity, are means.
     """
 
     colors: FloatArray
@@ -82,12 +82,12 @@ class Display:
     opacity: float
     below: bool
     above: bool
-    varies: bool = False
+    textures: tuple[Texture, ...] = ()
 
     def material(self, index: int = 0) -> Material:
         """The material of one colour."""
         r, g, b = (float(x) for x in self.colors[index])
-        return Material(diffuse=(r, g, b), opacity=self.opacity)
+        return Material(diffuse=(r, g, b), opacity=self.opacity, textures=self.textures)
 
 
 class Appearance:
@@ -147,10 +147,33 @@ class Appearance:
             return None
         below = [base.owns(primvar.GetAttr().GetPrim().GetPath()) for primvar in found]
         colors, faces = self._colors(color, prim)
-        varies = bool(color) and color.GetInterpolation() in ("vertex", "varying", "faceVarying")
+        textures = []
+        if self._varies("displayColor", color, faces is not None, prim):
+            textures.append(Texture("diffuse", "", "displayColor"))
+        if self._varies("displayOpacity", opacity, False, prim):
+            textures.append(Texture("opacity", "", "displayOpacity"))
         return Display(
-            colors, faces, self._opacity(opacity, prim), any(below), not all(below), varies
+            colors,
+            faces,
+            self._opacity(opacity, prim),
+            any(below),
+            not all(below),
+            tuple(textures),
         )
+
+    def _varies(self, name: str, primvar: Any, by_face: bool, prim: Any) -> bool:
+        """Whether a mesh's attribute is to give a value; reported where others are drawn as one."""
+        if not primvar or not primvar.HasValue() or by_face:
+            return False
+        interpolation = primvar.GetInterpolation()
+        value = self._clock.value(primvar.GetAttr())
+        if interpolation == UsdGeom.Tokens.constant or np.ndim(value) == 0 or len(value) < 2:
+            return False
+        if prim.IsA(UsdGeom.Mesh):
+            return True
+        message = f"a {name} of interpolation `{interpolation}` is drawn as its mean"
+        self._report.add("usd-primvar", message, prim.GetPath())
+        return False
 
     def _colors(
         self, primvar: Any, prim: Any
@@ -175,8 +198,6 @@ class Appearance:
             colors, faces = np.unique(values, axis=0, return_inverse=True)
             if len(colors) <= FACE_COLORS:
                 return colors, faces.reshape(-1).astype(np.int64)
-        message = f"a displayColor of interpolation `{interpolation}` is drawn as its mean"
-        self._report.add("usd-primvar", message, prim.GetPath())
         return values.mean(axis=0, keepdims=True), None
 
     def _indices(self, primvar: Any, count: int, prim: Any) -> Any:
@@ -198,9 +219,6 @@ class Appearance:
             message = "a displayOpacity that holds no finite numbers is ignored"
             self._report.add("usd-primvar", message, prim.GetPath())
             return 1.0
-        if values.size > 1:
-            message = "a displayOpacity of several values is drawn as its mean"
-            self._report.add("usd-primvar", message, prim.GetPath())
         return float(np.clip(values.mean(), 0.0, 1.0))
 
 

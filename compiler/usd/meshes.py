@@ -90,7 +90,7 @@ class Meshes:
             labels[faces] = len(materials)
             materials.append(base.own(own))
         bound = binding.material if binding is not None else None
-        attributes = self._primvars.of_surface(prim, surface, [bound, *materials], display)
+        attributes = self._primvars.of_surface(prim, surface, [bound, *materials])
         named = tuple(attribute.name for attribute in attributes)
         if len(materials) == 1:
             used, key = [0], (path, b"", named)

@@ -50,8 +50,14 @@ class Polygons:
         counts = np.bincount(row[kept], minlength=len(self.counts))
         whole = counts >= 3
         dropped = Counter({_FEW: int(np.count_nonzero(~whole))})
-        corners = self.corners[kept & whole[row]]
-        return Polygons(counts[whole], corners, self.faces[whole], self.dropped + dropped)
+        left = np.flatnonzero(kept & whole[row])
+        return Polygons(
+            counts[whole],
+            self.corners[left],
+            self.faces[whole],
+            self.dropped + dropped,
+            left if self.places is None else self.places[left],
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import UsdGeom
 
-from compiler.usd.appearance import Display
 from compiler.usd.clock import Clock
+from compiler.usd.refinement import Refinement
 from compiler.usd.report import Report
 from compiler.usd.surfaces import MeshSurface
 from dsl.scene import Material, MeshAttribute
@@ -34,14 +34,9 @@ class Primvars:
         prim: Any,
         surface: MeshSurface,
         materials: Iterable[Material | None],
-        display: Display | None,
     ) -> tuple[MeshAttribute, ...]:
-        """The attributes of a mesh that is drawn in these materials; none of a refined one."""
-        if surface.places is None:
-            return ()
+        """The attributes of a mesh that is drawn in these materials."""
         named = {t.attribute: None for m in materials if m is not None for t in m.textures}
-        if display is not None and display.varies:
-            named["displayColor"] = None
         primvars = UsdGeom.PrimvarsAPI(prim)
         found = [self._normals(prim, surface)]
         for name in named:
@@ -54,7 +49,13 @@ class Primvars:
         return tuple(attribute for attribute in found if attribute is not None)
 
     def _normals(self, prim: Any, surface: MeshSurface) -> MeshAttribute | None:
-        """Authored normals, unless the mesh is a subdivision surface; primvars come first."""
+        """Those of a limit surface, or authored ones of a polygon mesh; primvars come first."""
+        limit = surface.refinement
+        if limit is not None and limit.normals is not None and limit.corner_normals is not None:
+            normals = np.asarray(-limit.normals if surface.turned else limit.normals, np.float32)
+            return MeshAttribute(
+                "normals", normals, limit.corner_normals[surface.places].astype(np.int32)
+            )
         if self._clock.token(prim.GetAttribute("subdivisionScheme")) != "none":
             return None
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
@@ -85,7 +86,6 @@ class Primvars:
         surface: MeshSurface,
     ) -> MeshAttribute | None:
         """An attribute from a primvar's values, or None (reported) where they do not fit."""
-        assert surface.places is not None
         values = _table(value)
         if values is None or not np.isfinite(values).all():
             self._ignore(prim, name, "holds no finite numbers")
@@ -94,9 +94,13 @@ class Primvars:
         if len(rows) and (rows.min() < 0 or rows.max() >= len(values)):
             self._ignore(prim, name, "has indices out of range")
             return None
-        if interpolation in ("vertex", "varying") and len(rows) == len(surface.points):
+        limit = surface.refinement
+        if limit is not None and interpolation in ("vertex", "varying", "faceVarying"):
+            if (found := _refined(name, values, rows, interpolation, limit, surface)) is not None:
+                return found
+        elif interpolation in ("vertex", "varying") and len(rows) == len(surface.points):
             return MeshAttribute(name, values if indices is None else values[rows])
-        if interpolation == "faceVarying" and len(rows) > surface.places.max(initial=-1):
+        elif interpolation == "faceVarying" and len(rows) > surface.places.max(initial=-1):
             return MeshAttribute(name, values, rows[surface.places].astype(np.int32))
         if interpolation == "uniform" and len(rows) == surface.face_count:
             each = rows[surface.faces].astype(np.int32)
@@ -110,6 +114,30 @@ class Primvars:
     def _ignore(self, prim: Any, name: str, why: str) -> None:
         message = f"the primvar `{name}` {why}, and is ignored"
         self._report.add("usd-primvar", message, prim.GetPath())
+
+
+def _refined(
+    name: str,
+    values: NDArray[np.float32],
+    rows: Rows,
+    interpolation: str,
+    limit: Refinement,
+    surface: MeshSurface,
+) -> MeshAttribute | None:
+    """An attribute of a refined mesh, or None if the number of `rows` does not fit."""
+    exact = values.astype(np.float64)
+    if interpolation == "faceVarying":
+        if len(rows) <= limit.places.max(initial=-1):
+            return None
+        of_corners = exact[rows[limit.places]]
+    elif len(rows) != limit.cage.topology.point_count:
+        return None
+    elif interpolation == "vertex":
+        return MeshAttribute(name, limit.points(exact[rows]).astype(np.float32))
+    else:
+        of_corners = exact[rows][limit.cage.topology.corners]
+    refined = limit.corners(of_corners).astype(np.float32)
+    return MeshAttribute(name, refined, surface.places.astype(np.int32))
 
 
 def _table(value: Any) -> NDArray[np.float32] | None:

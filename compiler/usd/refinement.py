@@ -11,11 +11,12 @@ less as it takes.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from compiler.subdivision import INFINITE, Boundary, Creases, Scheme, cage, limit_surface
+from compiler.subdivision import INFINITE, Boundary, Cage, Creases, Scheme, cage, limit_surface
 from compiler.usd.clock import Clock
 from compiler.usd.options import StageOptions
 from compiler.usd.polygons import Polygons, triangulate
@@ -43,6 +44,40 @@ MAX_TRIANGLES = 1 << 25
 STAGE_TRIANGLES = 1 << 22
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Refinement:
+    """How a mesh was refined, for what varies over it.
+
+    `cage` has `point_count` points; `places` `(c,)` are those of its corners among all that the
+    prim lists. `normals` `(n, 3)` are those of the limit surface, outward by the polygons, and
+    `corner_normals` which of them each refined corner has; None of bilinear surfaces.
+    """
+
+    cage: Cage
+    scheme: Scheme
+    level: int
+    smooth_triangles: bool
+    places: IntArray
+    normals: FloatArray | None
+    corner_normals: IntArray | None
+
+    def points(self, values: FloatArray) -> FloatArray:
+        """Rows `(v, k)` by point of the cage as rows by refined point: as points are refined."""
+        surface = limit_surface(
+            self.cage, values, self.scheme, self.level, smooth_triangles=self.smooth_triangles
+        )
+        return surface.points
+
+    def corners(self, values: FloatArray) -> FloatArray:
+        """Rows `(c, k)` by corner of the cage as rows by refined corner, linear in each face."""
+        counts = self.cage.topology.counts
+        apart = replace(cage(len(values), counts, np.arange(len(values))), hidden=self.cage.hidden)
+        # Triangles apart, their edges and corners sharp, stay flat under Loop's rules.
+        scheme: Scheme = "loop" if self.scheme == "loop" else "bilinear"
+        surface = limit_surface(apart, values, scheme, self.level)
+        return np.asarray(surface.points[surface.corners])
+
+
 def coarsening(prims: Iterable[Any], clock: Clock) -> int:
     """By how much the default levels of these meshes are too many, all of them together."""
     corners = [
@@ -67,8 +102,8 @@ def refined(
     report: Report,
     options: StageOptions,
     coarser: int,
-) -> tuple[FloatArray, Polygons]:
-    """Points and polygons of the limit surface of a mesh prim.
+) -> tuple[FloatArray, Polygons, Refinement | None]:
+    """Points and polygons of the limit surface of a mesh prim, and how they were made.
 
     `coarser` is what `coarsening` says. The polygons' `faces` are still those of the prim.
     """
@@ -78,11 +113,13 @@ def refined(
         message = "faces of a `loop` mesh that are no triangles are cut into triangles first"
         report.add("usd-subdivision", message, path)
         found = triangulate(points, polygons.counts, polygons.corners)
-        corners, faces = polygons.corners[found.corners.ravel()], polygons.faces[found.rows]
-        polygons = Polygons(np.full(len(faces), 3), corners, faces, polygons.dropped)
+        own = found.corners.ravel()
+        corners, faces = polygons.corners[own], polygons.faces[found.rows]
+        places = own if polygons.places is None else polygons.places[own]
+        polygons = Polygons(np.full(len(faces), 3), corners, faces, polygons.dropped, places)
         polygons = polygons.distinct()
     if not len(polygons.counts):
-        return points, polygons
+        return points, polygons, None
     boundary = clock.token(prim.GetAttribute("interpolateBoundary"))
     if boundary not in BOUNDARIES:
         message = f"`interpolateBoundary = {boundary!r}` is not known: `edgeAndCorner` is used"
@@ -90,21 +127,36 @@ def refined(
         boundary = "edgeAndCorner"
     if scheme == "bilinear":
         boundary = "edgeOnly"
+    of_prim = cage(
+        len(points),
+        polygons.counts,
+        polygons.corners,
+        boundary=BOUNDARIES[boundary],
+        creases=_creases(prim, len(points), clock, report),
+    )
+    level = _level(len(polygons.corners), options, coarser, path, report)
+    smooth = clock.token(prim.GetAttribute("triangleSubdivisionRule")) == "smooth"
     surface = limit_surface(
-        cage(
-            len(points),
-            polygons.counts,
-            polygons.corners,
-            boundary=BOUNDARIES[boundary],
-            creases=_creases(prim, len(points), clock, report),
-        ),
+        of_prim,
         points,
         SCHEMES[scheme],
-        _level(len(polygons.corners), options, coarser, path, report),
-        smooth_triangles=clock.token(prim.GetAttribute("triangleSubdivisionRule")) == "smooth",
+        level,
+        smooth_triangles=smooth,
+        with_normals=scheme != "bilinear",
+    )
+    places = np.arange(len(polygons.corners)) if polygons.places is None else polygons.places
+    refinement = Refinement(
+        of_prim,
+        SCHEMES[scheme],
+        level,
+        smooth,
+        places,
+        surface.normals,
+        surface.corner_normals,
     )
     faces = polygons.faces[surface.faces]
-    return surface.points, Polygons(surface.counts, surface.corners, faces, polygons.dropped)
+    refined = Polygons(surface.counts, surface.corners, faces, polygons.dropped)
+    return surface.points, refined, refinement
 
 
 def _level(corners: int, options: StageOptions, coarser: int, path: Any, report: Report) -> int:

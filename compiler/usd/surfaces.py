@@ -13,7 +13,7 @@ from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_points
 from compiler.usd.options import StageOptions
 from compiler.usd.polygons import triangulate, usable_faces
-from compiler.usd.refinement import SCHEMES, refined
+from compiler.usd.refinement import SCHEMES, Refinement, refined
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
 from compiler.usd.skinning import Skinning
@@ -26,14 +26,17 @@ class MeshSurface:
 
     `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
     `face_count` the number of faces that the prim lists. `places` `(m, 3)` say which of the prim's
-    `faceVertexIndices` each corner is; None for refined surfaces, whose points are not the prim's.
+    `faceVertexIndices` each corner is, or, with a `refinement`, which refined corner; triangles
+    are `turned` against the prim's faces if those are left-handed.
     """
 
     points: FloatArray
     triangles: IntArray
     faces: IntArray
     face_count: int
-    places: IntArray | None = None
+    places: IntArray
+    refinement: Refinement | None = None
+    turned: bool = False
 
     def part(
         self, chosen: IntArray | None = None, attributes: Sequence[MeshAttribute] = ()
@@ -103,6 +106,7 @@ def read_mesh(
     if skinning is not None:
         points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)
+    refinement = None
     scheme = clock.token(prim.GetAttribute("subdivisionScheme")) or "none"
     if scheme not in SCHEMES and scheme != "none":
         message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
@@ -111,7 +115,9 @@ def read_mesh(
         message = "subdivision meshes are drawn as their cages"
         report.add("usd-subdivision", message, path, "a higher complexity draws their limit")
     elif scheme in SCHEMES:
-        points, polygons = refined(points, polygons, scheme, prim, clock, report, options, coarser)
+        points, polygons, refinement = refined(
+            points, polygons, scheme, prim, clock, report, options, coarser
+        )
     for reason, number in polygons.dropped.items():
         report.add("usd-mesh", f"{number} faces {reason} are left out", path)
     found = triangulate(points, polygons.counts, polygons.corners)
@@ -124,10 +130,10 @@ def read_mesh(
     if not len(triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
-    if clock.token(prim.GetAttribute("orientation")) == "leftHanded":
+    turned = clock.token(prim.GetAttribute("orientation")) == "leftHanded"
+    if turned:
         triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
-    refined_surface = scheme in SCHEMES and options.complexity != "low"
-    return MeshSurface(points, triangles, faces, len(counts), None if refined_surface else places)
+    return MeshSurface(points, triangles, faces, len(counts), places, refinement, turned)
 
 
 def _surface_of_tetrahedra(prim: Any, clock: Clock) -> tuple[IntArray | None, IntArray | None]:

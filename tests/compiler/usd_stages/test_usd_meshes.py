@@ -104,7 +104,7 @@ def Mesh "m" {{{STRIP}
 
 
 @pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying"])
-def test_smooth_colours_become_their_mean(load: Callable[..., Any], interpolation: str) -> None:
+def test_smooth_colours_vary_over_the_mesh(load: Callable[..., Any], interpolation: str) -> None:
     colors = ", ".join(["(1, 0, 0)", "(0, 1, 0)"] * 2)
     imported = load(f"""
 def Mesh "m" {{{SQUARE}
@@ -112,7 +112,11 @@ def Mesh "m" {{{SQUARE}
 }}
 """)
     assert imported.leaves[0].material.diffuse == (0.5, 0.5, 0.0)
-    assert imported.said(interpolation).primary.place.prim == "/m"
+    assert imported.codes() == []
+    (texture,) = imported.leaves[0].material.textures
+    assert (texture.parameter, texture.file, texture.attribute) == ("diffuse", "", "displayColor")
+    (attribute,) = imported.leaves[0].node.attributes
+    assert attribute.name == "displayColor"
 
 
 def test_subsets_take_their_materials_and_the_rest_falls_back(load: Callable[..., Any]) -> None:
