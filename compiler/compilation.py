@@ -103,11 +103,10 @@ def compile_text(
     folder, and read through `files`. `time` is the program's `time`, 0 unless it is a number, and
     the time code of the stages among its files, which are read by `options` and in `isolation` (see
     `compiler.usd`); `params` are values for its parameters by name (`dsl.parameters`). Raises
-    CompileError; ValueError for a time that is
-    not finite.
+    CompileError; ValueError for what is no time.
     """
     files = files or Files()
-    seconds = float(time) if isinstance(time, int | float) else 0.0
+    seconds = 0.0 if time is None or time == "earliest" else float(time)
     if not isfinite(seconds):
         raise ValueError(f"a scene has no time {seconds}")
     source = Source(name, text.removeprefix("\ufeff"))
@@ -135,12 +134,14 @@ def compile_path(
     and `isolation` are those of `compiler.usd.import_stage`; `params` are values for a program's
     parameters (a stage has none). Where `files` have a root, `path` lies in it and is named from
     there, and so does whatever a stage refers to. Raises CompileError, also when the file cannot
-    be read.
+    be read, and ValueError for choices that a program has not.
     """
     files = files or Files()
     try:
         name = files.name(path)
         if path.suffix.lower() not in STAGE_SUFFIXES:
+            if prim or options.mask or options.variants:
+                raise ValueError(f"prim, mask and variants are for stages, and {path} is none")
             text = Files(files.root).read_text(name)
             return compile_text(
                 text, name, files, time, limits, params, options=options, isolation=isolation

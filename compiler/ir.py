@@ -138,7 +138,7 @@ COUNTED = -2
 that have the same `instance_source`, which are contiguous."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SceneIR:
     """A scene as flat arrays. Shapes and dtypes as noted, all C-contiguous, little endian.
 
@@ -192,6 +192,12 @@ class SceneIR:
     def nbytes(self) -> int:
         """Bytes of all arrays."""
         return sum(int(getattr(self, column.name).nbytes) for column in fields(self))
+
+    def __repr__(self) -> str:
+        return (
+            f"SceneIR({len(self.instance_target):,} instances, "
+            f"{len(self.prototype_kind):,} prototypes, {self.nbytes:,} bytes)"
+        )
 
     def text(self, index: int) -> str:
         """The text of that index."""

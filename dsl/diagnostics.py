@@ -45,3 +45,13 @@ class CompileError(Exception):
         summary = f"{first.code}: {first.message}" if first else "the scene has faults"
         more = sum(d.severity == "error" for d in self.diagnostics) - 1
         super().__init__(summary + (f" (and {more} more)" if more > 0 else ""))
+
+    @property
+    def __notes__(self) -> list[str]:  # type: ignore[override]  # made when it is asked for
+        """The faults in full: what Python prints below the summary in a traceback (PEP 678)."""
+        from dsl.render_diagnostic import render_diagnostics
+
+        return [render_diagnostics(self.diagnostics)]
+
+    def __reduce__(self) -> tuple[type[CompileError], tuple[list[Diagnostic]]]:
+        return CompileError, (self.diagnostics,)

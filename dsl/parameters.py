@@ -14,6 +14,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias, cast
 
+import numpy as np
+
 from dsl import ast
 from dsl.budget import Limits
 from dsl.codes import diagnostic
@@ -122,7 +124,7 @@ def _check(allowed: Value | None, value: Value, subject: str, place: Span) -> No
 
 def _setting(statement: ast.Param, default: Value, given: Setting) -> Value:
     """The value of a setting in the type of the default. Raises Fault."""
-    value: object = given
+    value: object = given.tolist() if isinstance(given, np.generic | np.ndarray) else given
     if isinstance(given, str) and not isinstance(default, str):
         value = _literal(given)
     result: Value

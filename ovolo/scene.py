@@ -207,5 +207,7 @@ def compile(
     must lie in that folder; without, they are found relative to `name`. `time` and
     `params`: see `compile_file`. Raises CompileError.
     """
+    if not isinstance(text, str):
+        raise TypeError(f"a program is a str, not {type(text).__name__}")
     files = Files(None if root is None else Path(root))
     return Scene(compile_text(text, name, files, time, params=params))

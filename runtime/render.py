@@ -16,6 +16,7 @@ from runtime._kernel import Kernel
 from runtime.camera import choose_camera, default_camera
 from runtime.film import Film
 from runtime.textures import load_images
+from runtime.tracer import MAX_THREADS
 
 DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 DEFAULT_SAMPLES = 16
@@ -26,7 +27,6 @@ MAX_SIDE = 1 << 16
 MAX_PIXELS = 1 << 26
 MAX_CAMERA_RAYS = 1 << 40
 MAX_SAMPLES = 1 << 16
-MAX_THREADS = 1 << 10
 
 Name = TypeVar("Name", bound=str)
 

@@ -15,6 +15,8 @@ from compiler.ir import SceneIR
 if TYPE_CHECKING:
     from runtime._kernel import Kernel
 
+MAX_THREADS = 1 << 10
+
 FloatArray = NDArray[np.float64]
 
 Answer = tuple[
@@ -143,7 +145,7 @@ class Tracer:
     `precision` is the scalar of the intersectors; all else (transforms, t, positions) is float64
     anyway. `isa` is one of `runtime._kernel.instruction_sets()`, None the best of this CPU.
     `threads` 0 takes all cores. Answers depend on `precision` alone.
-    Raises ValueError for another precision or instruction set.
+    Raises ValueError for another precision or instruction set, or threads out of 0 … MAX_THREADS.
     """
 
     def __init__(
@@ -157,6 +159,9 @@ class Tracer:
 
         if precision not in ("float32", "float64"):
             raise ValueError(f'precision is "float32" or "float64", not {precision!r}')
+        if not 0 <= threads <= MAX_THREADS:
+            raise ValueError(f"threads is {threads}, which is not in 0 … {MAX_THREADS}")
+        self._precision: str = precision
         self._prepare(Kernel(ir, precision, isa), threads)
 
     def _prepare(self, kernel: Kernel, threads: int) -> None:
@@ -170,6 +175,7 @@ class Tracer:
         """Another backend, such as `runtime.reference.ReferenceTracer`, behind the same face."""
         tracer = cls.__new__(cls)
         tracer._kernel, tracer._threads = None, 0
+        tracer._precision = "reference"
         tracer._trace, tracer._occluded = partial(_in_full, backend), backend.occluded
         return tracer
 
@@ -183,8 +189,13 @@ class Tracer:
         if self._kernel is None:
             raise ValueError("only tracers of the kernel can be updated")
         tracer = Tracer.__new__(Tracer)
+        tracer._precision = self._precision
         tracer._prepare(self._kernel.updated(ir), self._threads)
         return tracer
+
+    def __repr__(self) -> str:
+        on = "" if self._kernel is None else f", {self._kernel.isa}"
+        return f"Tracer({self._precision}{on})"
 
     def trace(
         self,

@@ -97,7 +97,10 @@ def validate(model: type[Model], values: Mapping[str, object]) -> Model:
         return model.model_validate(values)
     except ValidationError as error:
         faults = [
-            {"field": ".".join(map(str, fault["loc"])), "message": fault["msg"]}
+            {
+                "field": ".".join(map(str, fault["loc"])),
+                "message": fault["msg"].removeprefix("Value error, "),
+            }
             for fault in error.errors(include_url=False, include_context=False)
         ]
         first = faults[0]

@@ -14,10 +14,9 @@ import numpy as np
 from pxr import Kind, Tf, Usd, UsdGeom
 
 from compiler.usd.clock import Clock
+from compiler.usd.options import KNOWN_PURPOSES
 from compiler.usd.report import Report
 from dsl.scene import DEFAULT_MATERIAL, Bind, FloatArray, Material, Mesh, Node
-
-_PURPOSES = ("default", "render", "proxy", "guide")
 
 
 def stand_in(prim: Any) -> str:
@@ -59,7 +58,7 @@ def draw_stand_in(
 
 def _bounds(prim: Any, purposes: Iterable[str], clock: Clock) -> FloatArray | None:
     """Lower and upper corner `(2, 3)`: the model's hint, or what usd-core makes of its prims."""
-    shown = [purpose for purpose in _PURPOSES if purpose in {"default", *purposes}]
+    shown = [purpose for purpose in KNOWN_PURPOSES if purpose in {"default", *purposes}]
     time = clock.code(prim.GetAttribute("extentsHint"))
     cache = UsdGeom.BBoxCache(time, shown, useExtentsHint=True)
     try:

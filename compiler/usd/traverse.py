@@ -19,7 +19,7 @@ from compiler.usd.draw_modes import draw_stand_in, stand_in
 from compiler.usd.gprims import Gprims, is_unsupported
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
-from compiler.usd.options import PURPOSES, StageOptions
+from compiler.usd.options import KNOWN_PURPOSES, PURPOSES, StageOptions
 from compiler.usd.report import Report
 from compiler.usd.round import Round
 from compiler.usd.schema import type_of
@@ -39,8 +39,6 @@ LEVELS = 1000
 DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
-
-KNOWN = frozenset({"default", "render", "proxy", "guide"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,7 +247,7 @@ class Traversal:
             return False
         if not inherited.visible or not prim.IsA(UsdGeom.Boundable):
             return False
-        if inherited.purpose not in KNOWN:
+        if inherited.purpose not in KNOWN_PURPOSES:
             message = f"prims of the unknown purpose `{inherited.purpose}` are not drawn"
             self.report.add("usd-attribute", message, prim.GetPath())
         return inherited.purpose in self._shown

@@ -35,10 +35,15 @@ class ExportOptions:
     `tolerance` is the greatest distance of a solid's mesh from the solid, in parts of its
     diameter; None leaves the meshes out, and programs that do not know the solids draw nothing.
     `many` is the number of uses in a row from which one prototype gets a point instancer.
+    Raises ValueError for a tolerance that is not above 0 and below 1.
     """
 
     tolerance: float | None = 1e-3
     many: int = 16
+
+    def __post_init__(self) -> None:
+        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
+            raise ValueError(f"tolerance is {self.tolerance}, which is not between 0 and 1")
 
 
 def export_stage(

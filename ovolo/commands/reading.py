@@ -9,13 +9,11 @@ from typing import get_args
 
 from compiler import compilation
 from compiler.compilation import STAGE_SUFFIXES, Compilation, Time
-from compiler.usd.options import Complexity, Isolation, StageOptions
+from compiler.usd.options import KNOWN_PURPOSES, Complexity, Isolation, StageOptions
 from dsl.budget import Limits
 from dsl.files import Files
 from ovolo.commands.numbers import number
 from ovolo.exits import Exit, StopError
-
-PURPOSES = ("default", "render", "proxy", "guide")
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -177,8 +175,8 @@ def _time(text: str) -> float | str:
 
 def _purposes(text: str) -> frozenset[str]:
     chosen = frozenset(text.replace(",", " ").split())
-    if not chosen <= set(PURPOSES):
-        raise argparse.ArgumentTypeError(f"purposes are {', '.join(PURPOSES)}, not `{text}`")
+    if not chosen <= set(KNOWN_PURPOSES):
+        raise argparse.ArgumentTypeError(f"purposes are {', '.join(KNOWN_PURPOSES)}, not `{text}`")
     return chosen | {"default"}
 
 

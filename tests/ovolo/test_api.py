@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import pickle
 import tomllib
+import traceback
 from pathlib import Path
 
 import numpy as np
@@ -36,9 +38,74 @@ def Sphere "Ball" {
 def test_everything_public_can_be_had() -> None:
     for name in ovolo.__all__:
         assert getattr(ovolo, name) is getattr(ovolo, name)
-    assert set(ovolo.__all__) <= set(dir(ovolo))
+    assert {name for name in dir(ovolo) if name[:2] != "__"} == {*ovolo.__all__} - {"__version__"}
     with pytest.raises(AttributeError, match="compile_fiel"):
         ovolo.compile_fiel  # noqa: B018
+
+
+def test_what_is_made_says_in_a_line_what_it_is() -> None:
+    scene = ovolo.compile(TWO, "two.ovo")
+    assert repr(scene) == "Scene('two.ovo', 2 instances of 1 prototypes)"
+    assert repr(scene.ir).startswith("SceneIR(2 instances, 1 prototypes, ")
+    assert repr(scene.tracer("float32", isa="portable")) == "Tracer(float32, portable)"
+    assert repr(scene.tracer("float64").updated(scene.ir)).startswith("Tracer(float64, ")
+    assert repr(scene.tracer("reference")) == "Tracer(reference)"
+
+
+def test_an_error_shows_its_places_and_goes_to_other_processes() -> None:
+    with pytest.raises(ovolo.CompileError) as caught:
+        ovolo.compile("spher()", "a.ovo")
+    shown = "".join(traceback.format_exception(caught.value))
+    assert "\n --> a.ovo:1:1\n" in shown
+    assert "= help: did you mean `sphere`?" in shown
+    back = pickle.loads(pickle.dumps(caught.value))
+    assert (str(back), back.diagnostics) == (str(caught.value), caught.value.diagnostics)
+
+
+@pytest.mark.parametrize("text", [b"sphere()", None, Path("a.ovo")])
+def test_what_is_no_text_is_named(text: object) -> None:
+    with pytest.raises(TypeError, match=f"a program is a str, not {type(text).__name__}"):
+        ovolo.compile(text)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("threads", [-1, 1025, 10**9])
+def test_threads_have_a_limit(threads: int) -> None:
+    with pytest.raises(ValueError, match=r"threads is -?\d+, which is not in 0 … 1024"):
+        ovolo.compile("sphere()").tracer(threads=threads)
+
+
+@pytest.mark.parametrize(
+    ("choice", "words"),
+    [
+        ({"complexity": "fine"}, "complexity is one of low, "),
+        ({"purposes": ["gudie"]}, "purposes are default, render, proxy, guide, not 'gudie'"),
+        ({"prim": "/World"}, "for stages"),
+        ({"mask": ["/World"]}, "for stages"),
+        ({"variants": ["/World{a=b}"]}, "for stages"),
+    ],
+)
+def test_choices_that_cannot_be_are_named(
+    tmp_path: Path, choice: dict[str, object], words: str
+) -> None:
+    (tmp_path / "ball.ovo").write_text("sphere()")
+    with pytest.raises(ValueError, match=words):
+        ovolo.compile_file(tmp_path / "ball.ovo", **choice)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, 1.0, np.nan])
+def test_an_export_has_a_tolerance(tmp_path: Path, tolerance: float) -> None:
+    with pytest.raises(ValueError, match="tolerance is "):
+        ovolo.compile("sphere()").export(tmp_path / "a.usda", tolerance=tolerance)
+
+
+def test_numpy_scalars_are_numbers() -> None:
+    source = "param r = 1\nparam on = true\nparam at = (0, 0, 0)\nsphere(radius: r + time)"
+    given = {"r": np.float32(2), "on": np.bool_(False), "at": np.array([1, 2, 3])}
+    scene = ovolo.compile(source, params=given, time=np.float32(3))  # type: ignore[arg-type]
+    assert [param.value for param in scene.params] == [2.0, False, (1.0, 2.0, 3.0)]
+    assert scene.ir.shape_parameters.tolist() == [5.0]
+    with pytest.raises(ValueError, match="now"):
+        ovolo.compile("sphere()", time="now")  # type: ignore[arg-type]
 
 
 def test_one_version_everywhere() -> None:
