@@ -94,6 +94,7 @@ pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
 
 /// The point at distance b from the core and the normal, of a solid of revolution; `None` if p is
 /// in its core.
+#[inline(always)]
 pub(super) fn surface_around_axis(
     solid: &impl Revolved<f64>,
     bevel: f64,

@@ -174,6 +174,7 @@ impl<F: Scalar> Shape<F> {
 
     /// The point of the surface nearest to `p` (which is on it but for rounding) that keeps `room`
     /// from the edges of its face, and the unit outward normal there; all in shape space.
+    #[inline(always)]
     pub fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         match &self.exact {
             Solid::Sphere(shape) => shape.surface(p),

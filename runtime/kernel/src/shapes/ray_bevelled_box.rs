@@ -65,6 +65,7 @@ impl<F: Scalar> Intersect<F> for BevelledBox<F> {
 }
 
 impl BevelledBox<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let e = self.offset(p);
         let distance = dot(e, e).sqrt();

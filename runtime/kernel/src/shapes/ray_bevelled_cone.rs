@@ -90,6 +90,7 @@ impl<F: Scalar> Intersect<F> for BevelledCone<F> {
 }
 
 impl BevelledCone<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p, 0.0))
     }

@@ -147,6 +147,7 @@ impl<F: Scalar> Revolved<F> for BevelledRing<F> {
 
 impl BevelledRing<f64> {
     /// The arc's or cap's point and normal nearest to p.
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p, 0.0))
     }

@@ -195,6 +195,7 @@ impl<F: Scalar> Intersect<F> for BevelledWedge<F> {
 }
 
 impl BevelledWedge<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let cell = self.cell(p, [0.0; 3]);
         let square = p[0] * p[0] + p[2] * p[2];

@@ -38,6 +38,7 @@ impl<F: Scalar> Intersect<F> for Cuboid<F> {
 }
 
 impl Cuboid<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let mut axis = 0;
         let mut nearest = f64::NEG_INFINITY;

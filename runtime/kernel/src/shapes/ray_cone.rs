@@ -96,6 +96,7 @@ impl<F: Scalar> Intersect<F> for Cone<F> {
 }
 
 impl Cone<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let (r, h) = (self.radius, self.height);

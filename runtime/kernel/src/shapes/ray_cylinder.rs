@@ -45,6 +45,7 @@ impl Cylinder<f64> {
         self.y
     }
 
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let rho = x.hypot(z);

@@ -32,6 +32,7 @@ impl<F: Scalar> Intersect<F> for Disc<F> {
 }
 
 impl Disc<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let shrink = (self.radius / p[0].hypot(p[2])).min(1.0);
         ([p[0] * shrink, 0.0, p[2] * shrink], [0.0, 1.0, 0.0])

@@ -12,6 +12,7 @@ pub(super) fn intersect<L: Lanes>(ray: &RayLanes<L>, active: L::Mask) -> (L::Mas
     (active & ray.accepts(t), t)
 }
 
+#[inline(always)]
 pub(super) fn surface(p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     ([p[0], 0.0, p[2]], [0.0, 1.0, 0.0])
 }

@@ -31,6 +31,7 @@ impl<F: Scalar> Intersect<F> for Rectangle<F> {
 }
 
 impl Rectangle<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let [a, b] = self.half;
         ([p[0].clamp(-a, a), 0.0, p[2].clamp(-b, b)], [0.0, 1.0, 0.0])

@@ -119,6 +119,7 @@ impl Ring<f64> {
         self.outer.y()
     }
 
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let (_, point, normal) = self.nearest_face(p, room);
         (point, normal)

@@ -27,6 +27,7 @@ impl<F: Scalar> Intersect<F> for Sphere<F> {
 }
 
 impl Sphere<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let length = dot(p, p).sqrt();
         let normal = if length > 0.0 {

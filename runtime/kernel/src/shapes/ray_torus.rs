@@ -238,6 +238,7 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
 }
 
 impl Torus<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = p;
         let rho = x.hypot(z);

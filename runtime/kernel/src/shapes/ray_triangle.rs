@@ -141,6 +141,7 @@ impl<L: Lanes> TriangleRays<L> {
 /// The point keeps `room` from the edges, lest a ray that leaves it start beyond the neighbour
 /// across an edge: with u, v, w the doubled areas that it makes with the edges, its distance from
 /// an edge is u over the edge's length. If one is too near it moves towards the centroid.
+#[inline(always)]
 pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = corners;
     let from_a = |q: [f64; 3]| [q[0] - a[0], q[1] - a[1], q[2] - a[2]];
@@ -172,6 +173,7 @@ pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3], room: f64) -> ([f64; 3], [f6
     (point, normal)
 }
 
+#[inline(always)]
 fn cross_product(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -201,6 +203,7 @@ impl<F: Scalar> Intersect<F> for Triangle<F> {
 }
 
 impl Triangle<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         surface(self.corners, p, room)
     }

@@ -36,6 +36,7 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 }
 
 impl Wedge<f64> {
+    #[inline(always)]
     pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
         let (outside, mut point, normal) = self.ring.nearest_face(p, room);
         let [(along0, q0), (along1, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
