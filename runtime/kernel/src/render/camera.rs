@@ -75,7 +75,7 @@ impl View {
     }
 
     /// The ray through the picture at `x` pixels from the left, `y` from the top.
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let camera = &self.camera;
         let right = camera.right * (self.left + x * self.pixel_width);

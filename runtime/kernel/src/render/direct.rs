@@ -34,6 +34,7 @@ pub struct Direct {
 
 impl Direct {
     /// Lights what the samples see.
+    #[inline(always)]
     pub fn light(&mut self, frame: &Frame, samples: &mut Samples) {
         self.paths.clear();
         self.paths.extend((0..samples.rays.len()).map(|slot| Path {
@@ -52,6 +53,7 @@ impl Direct {
     }
 
     /// Finds the vertices of this layer, and leaves the paths and rays that go on behind it.
+    #[inline(always)]
     fn scatter(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
         self.vertices.clear();
         self.varied.clear();
@@ -110,6 +112,7 @@ impl Direct {
     }
 
     /// Adds the light that the vertices reflect: one shadow ray per vertex and light.
+    #[inline(always)]
     fn light_vertices(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
         let lights = frame.lights;
         let first_pair = HEMISPHERE + layer * (1 + lights.local.len() as u32);

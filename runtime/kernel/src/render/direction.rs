@@ -1,25 +1,27 @@
 //! Directions drawn from points of the unit square.
 use super::vector::Vec3;
+use crate::lanes::{Lanes, each};
 
 /// A right-handed orthonormal basis whose third vector is the unit vector `n`, by Duff et al.,
 /// "Building an orthonormal basis, revisited", JCGT 6(1) 2017.
 #[derive(Clone, Copy, Debug)]
-pub struct Basis {
-    tangent: Vec3,
-    bitangent: Vec3,
-    normal: Vec3,
+pub struct Basis<L = f64> {
+    tangent: Vec3<L>,
+    bitangent: Vec3<L>,
+    normal: Vec3<L>,
 }
 
-impl Basis {
+impl<L: Lanes<Scalar = f64>> Basis<L> {
     /// The basis around `normal`.
     #[inline(always)]
-    pub fn new(normal: Vec3) -> Basis {
+    pub fn new(normal: Vec3<L>) -> Basis<L> {
         let Vec3 { x, y, z } = normal;
-        let sign = 1f64.copysign(z);
-        let a = -1.0 / (sign + z);
+        let one = L::splat(1.0);
+        let sign = one.copy_sign(z);
+        let a = -one / (sign + z);
         let b = x * y * a;
         Basis {
-            tangent: Vec3::new(1.0 + sign * x * x * a, sign * b, -sign * x),
+            tangent: Vec3::new(one + sign * x * x * a, sign * b, -sign * x),
             bitangent: Vec3::new(b, sign + y * y * a, -y),
             normal,
         }
@@ -27,13 +29,13 @@ impl Basis {
 
     /// World-space vector of local components (tangent, bitangent, normal).
     #[inline(always)]
-    pub fn world(&self, local: Vec3) -> Vec3 {
+    pub fn world(&self, local: Vec3<L>) -> Vec3<L> {
         self.tangent * local.x + self.bitangent * local.y + self.normal * local.z
     }
 
     /// Local components of a world-space vector.
     #[inline(always)]
-    pub fn local(&self, world: Vec3) -> Vec3 {
+    pub fn local(&self, world: Vec3<L>) -> Vec3<L> {
         Vec3::new(
             world.dot(self.tangent),
             world.dot(self.bitangent),
@@ -44,10 +46,10 @@ impl Basis {
 
 /// A unit vector around +z with density cos θ / π.
 #[inline(always)]
-pub fn cosine_hemisphere([u, v]: [f64; 2]) -> Vec3 {
+pub fn cosine_hemisphere<L: Lanes<Scalar = f64>>([u, v]: [L; 2]) -> Vec3<L> {
     let (sin, cos) = sin_cos_turns(v);
     let radius = u.sqrt();
-    Vec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
+    Vec3::new(radius * cos, radius * sin, (L::splat(1.0) - u).sqrt())
 }
 
 /// A unit vector uniformly distributed in the cone around +z of which `one_minus_cos` is 1 minus
@@ -65,20 +67,26 @@ pub fn cone([u, v]: [f64; 2], one_minus_cos: f64) -> Vec3 {
 /// One of these is drawn for every secondary ray, where `libm` would cost as much as tracing:
 /// reduced to an eighth of a turn either way, the Taylor polynomials of degree 9 and 10 suffice.
 #[inline(always)]
-pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
-    let quarter = (turns * 4.0 + 0.5) as i32;
-    let x = (turns - f64::from(quarter) * 0.25) * std::f64::consts::TAU;
+pub fn sin_cos_turns<L: Lanes<Scalar = f64>>(turns: L) -> (L, L) {
+    /// Adding and subtracting it rounds small numbers to integers.
+    const ROUNDER: f64 = 1.5 * (1u64 << 52) as f64;
+    let quarter = (turns * L::splat(4.0) + L::splat(ROUNDER)) - L::splat(ROUNDER);
+    let x = (turns - quarter * L::splat(0.25)) * L::splat(std::f64::consts::TAU);
     let s = x * x;
-    let sin = 1.0 / 5040.0 - s * (1.0 / 362_880.0);
-    let sin = x * (1.0 - s * (1.0 / 6.0 - s * (1.0 / 120.0 - s * sin)));
-    let cos = 1.0 / 40320.0 - s * (1.0 / 3_628_800.0);
-    let cos = 1.0 - s * (0.5 - s * (1.0 / 24.0 - s * (1.0 / 720.0 - s * cos)));
-    // Quarter by quarter (sin, cos), (cos, -sin), (-sin, -cos), (-cos, sin), without branches,
-    // which nothing could predict.
-    let swap = quarter & 1 != 0;
-    let (sin, cos) = (if swap { cos } else { sin }, if swap { sin } else { cos });
-    let negated = |value: f64, bit: i32| f64::from_bits(value.to_bits() ^ ((bit as u64 & 2) << 62));
-    (negated(sin, quarter), negated(cos, quarter + 1))
+    let sin = L::splat(1.0 / 5040.0) - s * L::splat(1.0 / 362_880.0);
+    let sin = L::splat(1.0 / 6.0) - s * (L::splat(1.0 / 120.0) - s * sin);
+    let sin = x * (L::splat(1.0) - s * sin);
+    let cos = L::splat(1.0 / 40320.0) - s * L::splat(1.0 / 3_628_800.0);
+    let cos = L::splat(1.0 / 24.0) - s * (L::splat(1.0 / 720.0) - s * cos);
+    let cos = L::splat(1.0) - s * (L::splat(0.5) - s * cos);
+    // Quarter by quarter (sin, cos), (cos, -sin), (-sin, -cos), (-cos, sin).
+    let [first, second, third] = each!([1.0, 2.0, 3.0], |q| quarter.eq(L::splat(q)));
+    let odd = first | third;
+    let (sin, cos) = (L::select(odd, cos, sin), L::select(odd, sin, cos));
+    (
+        L::select(second | third, -sin, sin),
+        L::select(first | second, -cos, cos),
+    )
 }
 
 #[cfg(test)]

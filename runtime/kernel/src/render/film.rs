@@ -1,5 +1,6 @@
 //! The picture: accumulated pixels and what lies first behind them.
-use super::tile::Tile;
+use super::tile::{SIZE, Tile};
+use std::sync::Mutex;
 
 /// A finished picture; row 0 is the top, arrays are row by row.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub struct Film {
 }
 
 /// The images of a film, or of a part of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Layers {
     /// Linear red, green, blue, premultiplied by the fourth, the coverage: 4 per pixel.
     pub color: Vec<f32>,
@@ -30,20 +31,31 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Images of so many pixels that show nothing.
+    /// Images of so many pixels, all zero: of what has not been rendered yet.
     pub fn new(count: usize) -> Layers {
+        // The system gives zeros away: who renders a pixel is the first to touch it.
         Layers {
             color: vec![0.0; 4 * count],
             error: vec![0.0; count],
-            depth: vec![f32::INFINITY; count],
+            depth: vec![0.0; count],
             normal: vec![0.0; 3 * count],
-            instance: vec![-1; count],
+            instance: vec![0; count],
         }
     }
 }
 
+/// The rows of a film that a row of tiles covers.
+pub struct Band<'a> {
+    width: usize,
+    color: &'a mut [f32],
+    error: &'a mut [f32],
+    depth: &'a mut [f32],
+    normal: &'a mut [f32],
+    instance: &'a mut [i64],
+}
+
 impl Film {
-    /// A film that shows nothing.
+    /// A film that nothing has been put into.
     pub fn new(width: usize, height: usize) -> Film {
         Film {
             width,
@@ -53,18 +65,48 @@ impl Film {
         }
     }
 
-    /// Puts a finished tile, row by row, in its place.
+    /// The film in rows of tiles, from the top, for threads to put their tiles into.
+    pub fn bands(&mut self) -> Vec<Mutex<Band<'_>>> {
+        let (width, count) = (self.width, self.width * SIZE as usize);
+        let Layers {
+            color,
+            error,
+            depth,
+            normal,
+            instance,
+        } = &mut self.pixels;
+        color
+            .chunks_mut(4 * count)
+            .zip(error.chunks_mut(count))
+            .zip(depth.chunks_mut(count))
+            .zip(normal.chunks_mut(3 * count))
+            .zip(instance.chunks_mut(count))
+            .map(|((((color, error), depth), normal), instance)| {
+                Mutex::new(Band {
+                    width,
+                    color,
+                    error,
+                    depth,
+                    normal,
+                    instance,
+                })
+            })
+            .collect()
+    }
+}
+
+impl Band<'_> {
+    /// Puts a finished tile of this band, row by row, in its place.
     pub fn insert(&mut self, tile: &Tile, layers: &Layers) {
         let columns = tile.width as usize;
         for row in 0..tile.height as usize {
             let from = row * columns;
-            let to = (tile.y as usize + row) * self.width + tile.x as usize;
-            let film = &mut self.pixels;
-            copy(&mut film.color, &layers.color, 4, to, from, columns);
-            copy(&mut film.error, &layers.error, 1, to, from, columns);
-            copy(&mut film.depth, &layers.depth, 1, to, from, columns);
-            copy(&mut film.normal, &layers.normal, 3, to, from, columns);
-            copy(&mut film.instance, &layers.instance, 1, to, from, columns);
+            let to = row * self.width + tile.x as usize;
+            copy(self.color, &layers.color, 4, to, from, columns);
+            copy(self.error, &layers.error, 1, to, from, columns);
+            copy(self.depth, &layers.depth, 1, to, from, columns);
+            copy(self.normal, &layers.normal, 3, to, from, columns);
+            copy(self.instance, &layers.instance, 1, to, from, columns);
         }
     }
 }

@@ -10,6 +10,7 @@ use super::samples::Samples;
 use super::tile::Tile;
 use super::vector::Vec3;
 use super::{Integrator, Picture};
+use crate::lanes::{Isa, Task, dispatch};
 use crate::ray::{Hit, Ray, Trace};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -68,6 +69,9 @@ impl Frame<'_> {
 /// Samples per pixel and batch: the rays, hits and vertices of a tile fit into a core's cache.
 const SAMPLES_PER_BATCH: u32 = 4;
 
+/// The same where several rays leave each vertex, to be ordered: the more, the better.
+const OCCLUSION_SAMPLES_PER_BATCH: u32 = 16;
+
 /// One thread: the memory its work needs, kept from tile to tile.
 #[derive(Default)]
 pub struct Worker {
@@ -78,22 +82,49 @@ pub struct Worker {
 
 impl Worker {
     /// Renders a tile; None if the render is cancelled.
-    pub fn render(&mut self, frame: &Frame, tile: &Tile) -> Option<Layers> {
+    pub fn render(&mut self, frame: &Frame, tile: &Tile) -> Option<&Layers> {
+        let task = Render {
+            worker: self,
+            frame,
+            tile,
+        };
+        dispatch(frame.picture.set, task)
+    }
+}
+
+/// [`Worker::render`], compiled for the set.
+struct Render<'w, 'f> {
+    worker: &'w mut Worker,
+    frame: &'f Frame<'f>,
+    tile: &'f Tile,
+}
+
+impl<'w> Task for Render<'w, '_> {
+    type Output = Option<&'w Layers>;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> Option<&'w Layers> {
+        let Render {
+            worker,
+            frame,
+            tile,
+        } = self;
         let picture = frame.picture;
+        let samples = &mut worker.samples;
         let (per_pixel, occlusion_rays) = picture.samples_and_occlusion_rays();
-        self.samples.start(picture.seed, tile);
-        for first in (0..per_pixel).step_by(SAMPLES_PER_BATCH as usize) {
-            let samples = &mut self.samples;
-            samples.see(
-                frame,
-                first..per_pixel.min(first + SAMPLES_PER_BATCH),
-                per_pixel,
-            );
+        samples.start(picture.seed, tile);
+        let at_once = match picture.integrator {
+            Integrator::AmbientOcclusion { .. } => OCCLUSION_SAMPLES_PER_BATCH,
+            _ => SAMPLES_PER_BATCH,
+        };
+        for first in (0..per_pixel).step_by(at_once as usize) {
+            let last = per_pixel.min(first + at_once);
+            samples.see(frame, first..last, per_pixel);
             match picture.integrator {
-                Integrator::Direct => self.direct.light(frame, samples),
+                Integrator::Direct => worker.direct.light(frame, samples),
                 Integrator::AmbientOcclusion { distance } => {
-                    self.occlusion
-                        .light(frame, samples, distance, occlusion_rays);
+                    let occlusion = &mut worker.occlusion;
+                    occlusion.light(frame, samples, distance, occlusion_rays);
                 }
                 Integrator::Normals => {
                     samples.show(|hit| Vec3::from(hit.normal) * 0.5 + Vec3::ONE * 0.5);
@@ -107,7 +138,7 @@ impl Worker {
             let seen = samples.radiance.len() as u64;
             frame.samples.fetch_add(seen, Ordering::Relaxed);
         }
-        Some(self.samples.finish(per_pixel))
+        Some(samples.finish(per_pixel))
     }
 }
 

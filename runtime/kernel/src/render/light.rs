@@ -67,7 +67,7 @@ impl Light {
     }
 
     /// Whether shadows are soft: [`Light::illuminate`] then uses its sample point.
-    #[inline]
+    #[inline(always)]
     pub fn is_soft(&self) -> bool {
         match *self {
             Light::Sun { sin, .. } => sin > 0.0,
@@ -76,7 +76,7 @@ impl Light {
     }
 
     /// How the light shines on `point`, or None where it has no direction (in its centre).
-    #[inline]
+    #[inline(always)]
     pub fn illuminate(&self, point: Vec3, sample: [f64; 2]) -> Option<Illumination> {
         match *self {
             Light::Sun {

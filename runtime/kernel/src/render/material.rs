@@ -112,7 +112,7 @@ impl Material {
     /// The lobes are evaluated once, at the axis of the light, widened by its angular radius (a
     /// half vector turns half as far as the light): highlights of small lights on smooth
     /// surfaces are then free of noise.
-    #[inline]
+    #[inline(always)]
     pub fn reflect_light(&self, normal: Vec3, view: Vec3, light: &Illumination) -> Vec3 {
         let facing = normal.dot(light.towards);
         if facing <= 0.0 {
@@ -175,7 +175,7 @@ impl Material {
 
     /// Reflectance times cosine: `facing` is the cosine for the diffuse part, `angles` are for
     /// the lobes, whose α² grows by `widening`.
-    #[inline]
+    #[inline(always)]
     fn reflectance(&self, facing: f64, angles: &Angles, widening: f64) -> Vec3 {
         let mut result = self.albedo * (facing / PI);
         for lobe in [self.specular, self.coat].into_iter().flatten() {
@@ -198,7 +198,7 @@ struct Angles {
 }
 
 impl Angles {
-    #[inline]
+    #[inline(always)]
     fn new(normal: Vec3, view: Vec3, light: Vec3) -> Angles {
         let half = (view + light).normalized();
         Angles {
@@ -212,7 +212,7 @@ impl Angles {
 
 impl Lobe {
     /// Schlick's factor.
-    #[inline]
+    #[inline(always)]
     fn fresnel(&self, cos: f64) -> Vec3 {
         let x = 1.0 - cos;
         let square = x * x;
@@ -222,7 +222,7 @@ impl Lobe {
 
     /// Distribution times shadowing times cosine over 4 cos cos: the lobe without its Fresnel
     /// factor.
-    #[inline]
+    #[inline(always)]
     fn scale(&self, angles: &Angles, widening: f64) -> f64 {
         let &Angles {
             cos_view,
@@ -267,7 +267,7 @@ impl Lobe {
 }
 
 /// The GGX distribution of microfacet normals, `a2` being α².
-#[inline]
+#[inline(always)]
 fn distribution(a2: f64, cos_normal: f64) -> f64 {
     let d = 1.0 - (1.0 - a2) * cos_normal * cos_normal;
     a2 / (PI * d * d)

@@ -15,6 +15,7 @@ mod frame;
 pub mod light;
 pub mod material;
 mod occlusion;
+mod order;
 pub mod sampler;
 mod samples;
 mod shadows;
@@ -31,9 +32,10 @@ use film::Film;
 use frame::{Frame, Worker};
 use light::Lights;
 use material::Material;
+use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{TryRecvError, channel};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 use tile::Tile;
 use vector::Vec3;
 
@@ -115,7 +117,7 @@ impl Picture {
 /// How often the caller hears of the progress.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Renders a picture on `threads` threads while the calling one collects their tiles.
+/// Renders a picture on `threads` threads while the calling one waits.
 ///
 /// `observe(done, rays)` is called on the calling thread some 20 times a second, and at the end,
 /// with the fraction done and the rays traced so far; if it returns false the render ends
@@ -160,12 +162,14 @@ pub fn render(
     let (per_pixel, _) = picture.samples_and_occlusion_rays();
     let all_samples = f64::from(width) * f64::from(height) * f64::from(per_pixel);
     let mut film = Film::new(width as usize, height as usize);
+    let bands = film.bands();
     std::thread::scope(|scope| {
-        let caller = std::thread::current();
-        let (sender, receiver) = channel();
+        // Nothing is ever sent: that nobody is left who could tells of the end.
+        let (sender, ended) = channel::<()>();
         for _ in 0..threads.min(tiles) {
-            let (sender, caller, next, frame) = (sender.clone(), caller.clone(), &next, &frame);
+            let (sender, next, frame, bands) = (sender.clone(), &next, &frame, &bands);
             scope.spawn(move || {
+                let _sender = sender;
                 let mut worker = Worker::default();
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
@@ -176,39 +180,24 @@ pub fn render(
                     let Some(layers) = worker.render(frame, &tile) else {
                         break;
                     };
-                    if sender.send((tile, layers)).is_err() {
-                        break;
-                    }
+                    bands[tile.band()]
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .insert(&tile, layers);
                 }
-                drop(sender);
-                caller.unpark();
             });
         }
         drop(sender);
-        let mut polled = Instant::now();
-        loop {
-            // Waiting for the tiles themselves would cost the threads a system call for each.
-            std::thread::park_timeout(POLL.saturating_sub(polled.elapsed()));
-            let ended = loop {
-                match receiver.try_recv() {
-                    Ok((tile, layers)) => film.insert(&tile, &layers),
-                    Err(error) => break error == TryRecvError::Disconnected,
-                }
-            };
-            // So they have as well if a thread has panicked, which the scope passes on.
-            if ended {
+        // So it ends as well if a thread has panicked, which the scope passes on.
+        while ended.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+            let done = samples.load(Ordering::Relaxed) as f64 / all_samples;
+            if !observe(done, rays.load(Ordering::Relaxed)) {
+                cancelled.store(true, Ordering::Relaxed);
                 break;
-            }
-            if polled.elapsed() >= POLL {
-                polled = Instant::now();
-                let done = samples.load(Ordering::Relaxed) as f64 / all_samples;
-                if !observe(done, rays.load(Ordering::Relaxed)) {
-                    cancelled.store(true, Ordering::Relaxed);
-                    break;
-                }
             }
         }
     });
+    drop(bands);
     film.rays = rays.into_inner();
     (!cancelled.into_inner() && observe(1.0, film.rays)).then_some(film)
 }

@@ -15,9 +15,19 @@ pub struct PixelKey(u32);
 impl PixelKey {
     /// The key of the pixel in column `x` and row `y`; `seed` chooses another set of points.
     pub fn new(x: u32, y: u32, seed: u64) -> PixelKey {
+        PixelKey::seed(seed).of_pixel(x, y)
+    }
+
+    /// What the keys of all pixels are made from.
+    pub fn seed(seed: u64) -> PixelKey {
+        PixelKey(hash(seed as u32) ^ hash((seed >> 32) as u32).rotate_left(16))
+    }
+
+    /// The key of a pixel, from that of the seed.
+    #[inline(always)]
+    pub fn of_pixel(self, x: u32, y: u32) -> PixelKey {
         let place = hash(x ^ hash(y ^ GOLDEN));
-        let seed = hash(seed as u32) ^ hash((seed >> 32) as u32).rotate_left(16);
-        PixelKey(hash(place ^ seed))
+        PixelKey(hash(place ^ self.0))
     }
 
     /// Point number `index` of a pair of dimensions, in [0, 1)².

@@ -31,20 +31,28 @@ pub struct Samples {
     points: Vec<[f64; 2]>,
     range: Range<u32>,
     tile: Tile,
-    pixels: Vec<Pixel>,
+    /// Of each pixel of the tile: its column and row there.
+    places: Vec<[u32; 2]>,
+    pixel_keys: Vec<PixelKey>,
+    sums: Vec<Sum>,
+    first: Vec<First>,
+    layers: Layers,
 }
 
-/// One pixel of the tile.
-struct Pixel {
-    x: u32,
-    y: u32,
-    key: PixelKey,
+/// What the samples of a pixel see, in all.
+#[derive(Clone, Copy)]
+struct Sum {
     color: Vec3,
     alpha: f64,
     luminance_squared: f64,
-    /// Squared distance from the centre of the sample nearest to it so far.
+}
+
+/// What is seen first by the sample nearest to the centre of a pixel so far.
+#[derive(Clone, Copy)]
+struct First {
+    /// The sample's squared distance from the centre.
     distance: f64,
-    /// The slot of that sample if it is one of the present ones.
+    /// Its slot if it is one of the present ones.
     nearest: Option<usize>,
     depth: f64,
     normal: [f64; 3],
@@ -53,39 +61,61 @@ struct Pixel {
 
 impl Samples {
     /// Begins a tile.
+    #[inline(always)]
     pub fn start(&mut self, seed: u64, tile: &Tile) {
+        if (tile.width, tile.height) != (self.tile.width, self.tile.height) {
+            let places = &mut self.places;
+            places.clear();
+            tile.for_each_pixel(|x, y| places.push([x, y]));
+            self.layers = Layers::new(places.len());
+        }
         self.tile = *tile;
-        self.pixels.clear();
-        tile.for_each_pixel(|x, y| {
-            self.pixels.push(Pixel {
-                x,
-                y,
-                key: PixelKey::new(tile.x + x, tile.y + y, seed),
-                color: Vec3::ZERO,
-                alpha: 0.0,
-                luminance_squared: 0.0,
-                distance: f64::INFINITY,
-                nearest: None,
-                depth: f64::INFINITY,
-                normal: [0.0; 3],
-                instance: -1,
-            });
-        });
+        let count = self.places.len();
+        let seed = PixelKey::seed(seed);
+        self.pixel_keys.resize(count, seed);
+        for (key, &[x, y]) in self.pixel_keys.iter_mut().zip(&self.places) {
+            *key = seed.of_pixel(tile.x + x, tile.y + y);
+        }
+        let none = Sum {
+            color: Vec3::ZERO,
+            alpha: 0.0,
+            luminance_squared: 0.0,
+        };
+        self.sums.clear();
+        self.sums.resize(count, none);
+        let nothing = First {
+            distance: f64::INFINITY,
+            nearest: None,
+            depth: f64::INFINITY,
+            normal: [0.0; 3],
+            instance: -1,
+        };
+        self.first.clear();
+        self.first.resize(count, nothing);
     }
 
     /// Takes the samples of `range`, of `per_pixel` in all: nothing seen yet, rays traced.
     ///
     /// A single sample is taken at the pixel's centre.
+    #[inline(always)]
     pub fn see(&mut self, frame: &Frame, range: Range<u32>, per_pixel: u32) {
-        self.keys.clear();
-        self.indices.clear();
-        for pixel in &self.pixels {
-            self.keys.extend(range.clone().map(|_| pixel.key));
-            self.indices.extend(range.clone());
+        let each = range.len();
+        let count = each * self.places.len();
+        self.keys.resize(count, PixelKey::seed(0));
+        self.indices.resize(count, 0);
+        let slots = self
+            .keys
+            .chunks_exact_mut(each)
+            .zip(self.indices.chunks_exact_mut(each));
+        for (&key, (keys, indices)) in self.pixel_keys.iter().zip(slots) {
+            keys.fill(key);
+            for (index, sample) in indices.iter_mut().zip(range.clone()) {
+                *index = sample;
+            }
         }
         if per_pixel == 1 {
             self.points.clear();
-            self.points.resize(self.keys.len(), [0.5, 0.5]);
+            self.points.resize(count, [0.5, 0.5]);
         } else {
             points(
                 frame.picture.set,
@@ -95,48 +125,57 @@ impl Samples {
                 &mut self.points,
             );
         }
-        self.rays.clear();
-        for (pixel, points) in self
-            .pixels
-            .iter_mut()
-            .zip(self.points.chunks_exact(range.len()))
-        {
-            pixel.nearest = None;
-            for &[u, v] in points {
-                let distance = (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5);
-                if distance < pixel.distance {
-                    pixel.distance = distance;
-                    pixel.nearest = Some(self.rays.len());
-                    pixel.depth = f64::INFINITY;
-                    pixel.normal = [0.0; 3];
-                    pixel.instance = -1;
-                }
-                let x = f64::from(self.tile.x + pixel.x) + u;
-                let y = f64::from(self.tile.y + pixel.y) + v;
-                self.rays.push(frame.view.ray(x, y));
-            }
-        }
         self.range = range;
+        self.rays.clear();
+        for (place, points) in self.places.iter().zip(self.points.chunks_exact(each)) {
+            let [x, y] = [self.tile.x + place[0], self.tile.y + place[1]].map(f64::from);
+            self.rays
+                .extend(points.iter().map(|&[u, v]| frame.view.ray(x + u, y + v)));
+        }
+        self.choose_nearest();
         self.radiance.clear();
-        self.radiance.resize(self.rays.len(), Vec3::ZERO);
+        self.radiance.resize(count, Vec3::ZERO);
         self.alpha.clear();
-        self.alpha.resize(self.rays.len(), 0.0);
+        self.alpha.resize(count, 0.0);
         frame.closest(&self.rays, &mut self.hits);
     }
 
+    /// Forgets the first thing seen of pixels that have a sample nearer to their centre now.
+    #[inline(always)]
+    fn choose_nearest(&mut self) {
+        let each = self.range.len();
+        let of_pixels = self.points.chunks_exact(each).enumerate();
+        for (first, (pixel, points)) in self.first.iter_mut().zip(of_pixels) {
+            first.nearest = None;
+            for (sample, &[u, v]) in points.iter().enumerate() {
+                let distance = (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5);
+                if distance < first.distance {
+                    *first = First {
+                        distance,
+                        nearest: Some(pixel * each + sample),
+                        depth: f64::INFINITY,
+                        normal: [0.0; 3],
+                        instance: -1,
+                    };
+                }
+            }
+        }
+    }
+
     /// Notes `hit`, at `depth` along the viewing axis, as the first thing that `slot` sees.
-    #[inline]
+    #[inline(always)]
     pub fn note(&mut self, slot: usize, depth: f64, hit: &Hit) {
-        let pixel = &mut self.pixels[slot / self.range.len()];
-        if pixel.nearest == Some(slot) {
-            pixel.nearest = None;
-            pixel.depth = depth;
-            pixel.normal = hit.normal;
-            pixel.instance = hit.instance;
+        let first = &mut self.first[(slot as u32 / self.range.len() as u32) as usize];
+        if first.nearest == Some(slot) {
+            first.nearest = None;
+            first.depth = depth;
+            first.normal = hit.normal;
+            first.instance = hit.instance;
         }
     }
 
     /// Colours every hit by itself.
+    #[inline(always)]
     pub fn show(&mut self, color: impl Fn(&Hit) -> Vec3) {
         for slot in 0..self.hits.len() {
             let hit = self.hits[slot];
@@ -149,13 +188,14 @@ impl Samples {
     }
 
     /// Adds what the present samples see to their pixels, in order.
+    #[inline(always)]
     pub fn accumulate(&mut self) {
         let count = self.range.len();
         let slots = self
             .radiance
             .chunks_exact(count)
             .zip(self.alpha.chunks_exact(count));
-        for (pixel, (radiance, alpha)) in self.pixels.iter_mut().zip(slots) {
+        for (sum, (radiance, alpha)) in self.sums.iter_mut().zip(slots) {
             for (&radiance, &alpha) in radiance.iter().zip(alpha) {
                 // A light or surface at the edge of the number range must not spoil the pixel.
                 let color = if radiance.is_finite() {
@@ -164,39 +204,34 @@ impl Samples {
                     Vec3::ZERO
                 };
                 let luminance = color.luminance();
-                pixel.color += color;
-                pixel.alpha += alpha;
-                pixel.luminance_squared += luminance * luminance;
+                sum.color += color;
+                sum.alpha += alpha;
+                sum.luminance_squared += luminance * luminance;
             }
         }
     }
 
     /// The finished tile, row by row.
-    pub fn finish(&self, per_pixel: u32) -> Layers {
+    #[inline(always)]
+    pub fn finish(&mut self, per_pixel: u32) -> &Layers {
         let columns = self.tile.width as usize;
-        let mut layers = Layers::new(self.pixels.len());
+        let layers = &mut self.layers;
         let count = f64::from(per_pixel);
-        for pixel in &self.pixels {
-            let place = pixel.y as usize * columns + pixel.x as usize;
-            let color = pixel.color * (1.0 / count);
-            let alpha = pixel.alpha / count;
-            let to = &mut layers.color[4 * place..4 * place + 4];
-            to[0] = color.x as f32;
-            to[1] = color.y as f32;
-            to[2] = color.z as f32;
-            to[3] = alpha as f32;
+        let of_pixels = self.sums.iter().zip(&self.first);
+        for (&[x, y], (sum, first)) in self.places.iter().zip(of_pixels) {
+            let place = y as usize * columns + x as usize;
+            let color = sum.color * (1.0 / count);
+            let alpha = sum.alpha / count;
+            let rgba = [color.x, color.y, color.z, alpha].map(|number| number as f32);
+            layers.color[4 * place..4 * place + 4].copy_from_slice(&rgba);
             // Unbiased variance of one sample, over the number of samples; 0 / 0 of a single one.
             let mean = color.luminance();
-            let variance = (pixel.luminance_squared / count - mean * mean).max(0.0);
+            let variance = (sum.luminance_squared / count - mean * mean).max(0.0);
             layers.error[place] = (variance / (count - 1.0)).sqrt() as f32;
-            layers.depth[place] = pixel.depth as f32;
-            for (to, from) in layers.normal[3 * place..3 * place + 3]
-                .iter_mut()
-                .zip(pixel.normal)
-            {
-                *to = from as f32;
-            }
-            layers.instance[place] = pixel.instance;
+            layers.depth[place] = first.depth as f32;
+            let normal = first.normal.map(|number| number as f32);
+            layers.normal[3 * place..3 * place + 3].copy_from_slice(&normal);
+            layers.instance[place] = first.instance;
         }
         layers
     }

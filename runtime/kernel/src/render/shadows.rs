@@ -46,6 +46,7 @@ impl Shadows {
     }
 
     /// Traces the rays, adds what arrives to the samples, and empties the batch.
+    #[inline(always)]
     pub fn gather(&mut self, frame: &Frame, samples: &mut Samples) {
         if frame.transparent {
             self.gather_through(frame, samples);

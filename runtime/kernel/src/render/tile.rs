@@ -14,7 +14,7 @@ pub struct Tile {
 }
 
 /// Columns and rows of a tile: its rays and hits stay in a core's cache.
-const SIZE: u32 = 16;
+pub const SIZE: u32 = 16;
 
 /// Columns and rows of the blocks whose rays follow each other: as many as the widest packet.
 const BLOCK: u32 = 4;
@@ -38,6 +38,11 @@ impl Tile {
             width: SIZE.min(width - x),
             height: SIZE.min(height - y),
         }
+    }
+
+    /// The number of its row of tiles, from the top.
+    pub fn band(&self) -> usize {
+        (self.y / SIZE) as usize
     }
 
     /// Visits column and row, within the tile, of its pixels: block by block.

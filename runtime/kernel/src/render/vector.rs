@@ -1,15 +1,16 @@
 //! Three-component vectors: points, directions and linear RGB colours.
+use crate::lanes::Lanes;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-/// A point, direction or linear colour; `a * b` is component by component.
+/// A point, direction or linear colour, or one for each lane; `a * b` is component by component.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Vec3 {
+pub struct Vec3<L = f64> {
     /// First component, or red.
-    pub x: f64,
+    pub x: L,
     /// Second component, or green.
-    pub y: f64,
+    pub y: L,
     /// Third component, or blue.
-    pub z: f64,
+    pub z: L,
 }
 
 impl Vec3 {
@@ -17,40 +18,6 @@ impl Vec3 {
     pub const ZERO: Vec3 = Vec3::new(0.0, 0.0, 0.0);
     /// All ones; white.
     pub const ONE: Vec3 = Vec3::new(1.0, 1.0, 1.0);
-
-    /// The vector of these components.
-    #[inline(always)]
-    pub const fn new(x: f64, y: f64, z: f64) -> Vec3 {
-        Vec3 { x, y, z }
-    }
-
-    /// The scalar product.
-    #[inline(always)]
-    pub fn dot(self, other: Vec3) -> f64 {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    /// The vector product.
-    #[inline(always)]
-    pub fn cross(self, other: Vec3) -> Vec3 {
-        Vec3::new(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
-        )
-    }
-
-    /// The vector of length 1 in the same direction; NaN for the zero vector.
-    #[inline(always)]
-    pub fn normalized(self) -> Vec3 {
-        self * (1.0 / self.dot(self).sqrt())
-    }
-
-    /// The components as an array.
-    #[inline(always)]
-    pub fn to_array(self) -> [f64; 3] {
-        [self.x, self.y, self.z]
-    }
 
     /// The relative luminance of a linear Rec. 709 colour.
     #[inline(always)]
@@ -66,56 +33,98 @@ impl Vec3 {
     }
 }
 
-impl From<[f64; 3]> for Vec3 {
+impl<L: Lanes<Scalar = f64>> Vec3<L> {
+    /// The vector of these components.
     #[inline(always)]
-    fn from([x, y, z]: [f64; 3]) -> Vec3 {
+    pub const fn new(x: L, y: L, z: L) -> Vec3<L> {
+        Vec3 { x, y, z }
+    }
+
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Vec3<L> {
+        Vec3::new(L::splat(v.x), L::splat(v.y), L::splat(v.z))
+    }
+
+    /// The scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Vec3<L>) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// The vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Vec3<L>) -> Vec3<L> {
+        Vec3::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    /// The vector of length 1 in the same direction; NaN for the zero vector.
+    #[inline(always)]
+    pub fn normalized(self) -> Vec3<L> {
+        self * (L::splat(1.0) / self.dot(self).sqrt())
+    }
+
+    /// The components as an array.
+    #[inline(always)]
+    pub fn to_array(self) -> [L; 3] {
+        [self.x, self.y, self.z]
+    }
+}
+
+impl<L> From<[L; 3]> for Vec3<L> {
+    #[inline(always)]
+    fn from([x, y, z]: [L; 3]) -> Vec3<L> {
         Vec3 { x, y, z }
     }
 }
 
-impl Add for Vec3 {
-    type Output = Vec3;
+impl<L: Lanes<Scalar = f64>> Add for Vec3<L> {
+    type Output = Vec3<L>;
     #[inline(always)]
-    fn add(self, other: Vec3) -> Vec3 {
+    fn add(self, other: Vec3<L>) -> Vec3<L> {
         Vec3::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
 }
 
-impl AddAssign for Vec3 {
+impl<L: Lanes<Scalar = f64>> AddAssign for Vec3<L> {
     #[inline(always)]
-    fn add_assign(&mut self, other: Vec3) {
+    fn add_assign(&mut self, other: Vec3<L>) {
         *self = *self + other;
     }
 }
 
-impl Sub for Vec3 {
-    type Output = Vec3;
+impl<L: Lanes<Scalar = f64>> Sub for Vec3<L> {
+    type Output = Vec3<L>;
     #[inline(always)]
-    fn sub(self, other: Vec3) -> Vec3 {
+    fn sub(self, other: Vec3<L>) -> Vec3<L> {
         Vec3::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
 }
 
-impl Neg for Vec3 {
-    type Output = Vec3;
+impl<L: Lanes<Scalar = f64>> Neg for Vec3<L> {
+    type Output = Vec3<L>;
     #[inline(always)]
-    fn neg(self) -> Vec3 {
+    fn neg(self) -> Vec3<L> {
         Vec3::new(-self.x, -self.y, -self.z)
     }
 }
 
-impl Mul<f64> for Vec3 {
-    type Output = Vec3;
+impl<L: Lanes<Scalar = f64>> Mul<L> for Vec3<L> {
+    type Output = Vec3<L>;
     #[inline(always)]
-    fn mul(self, factor: f64) -> Vec3 {
+    fn mul(self, factor: L) -> Vec3<L> {
         Vec3::new(self.x * factor, self.y * factor, self.z * factor)
     }
 }
 
-impl Mul for Vec3 {
-    type Output = Vec3;
+impl<L: Lanes<Scalar = f64>> Mul for Vec3<L> {
+    type Output = Vec3<L>;
     #[inline(always)]
-    fn mul(self, other: Vec3) -> Vec3 {
+    fn mul(self, other: Vec3<L>) -> Vec3<L> {
         Vec3::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }
 }
