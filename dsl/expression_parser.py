@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from dsl import ast
 from dsl.diagnostics import Label
+from dsl.elsewhere import ELSE_IF
 from dsl.spans import Span
 from dsl.token_reader import SyntaxFault, TokenReader
 from dsl.tokens import KEYWORDS, Token, describe
@@ -30,6 +31,7 @@ _LEVELS = {
 }
 """Binding strength of the binary operators; `not` stands at 2, unary `-` above all."""
 _NEWLINE = "a newline ends a statement unless a round or square bracket is open"
+_LOOP = "write `for i in 0..n { … }`"
 _NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
 
 
@@ -117,7 +119,9 @@ class ExpressionParser(TokenReader, ABC):
                 self.advance()
                 member = self.token
                 if member.kind not in ("name", "reserved") and member.kind not in KEYWORDS:
-                    self.expected("a name after `.`")
+                    number = self.tokens[self.position - 2].kind == "number"
+                    help = "a number ends with a digit, such as `2.0` or `2`" if number else None
+                    self.expected("a name after `.`", help)
                 self.advance()
                 name = str(member.value or member.kind)
                 suffixes.append(ast.Member(self.token_span(member), name))
@@ -153,7 +157,15 @@ class ExpressionParser(TokenReader, ABC):
             name, name_span = str(start.value or start.kind), self.token_span(start)
         elif following == "=" and start.kind == "name":
             self.advance()
-            self.expected("`:`", f"write `{start.value}: value`")
+            self.foreign_sign()
+            self.report(
+                "syntax-expected",
+                "expected `:`, found `=`",
+                self.token,
+                help=f"write `{start.value}: value`",
+            )
+            self.advance()
+            name, name_span = str(start.value), self.token_span(start)
         value = self.expression()
         return ast.Argument(self.span(start), name, name_span, value)
 
@@ -177,6 +189,9 @@ class ExpressionParser(TokenReader, ABC):
                 return self.conditional()
             case "for":
                 return self.loop()
+            case "foreign":
+                self.foreign_sign()
+                return ast.Missing(self.token_span(self.advance()))
             case "newline" if self.tokens[self.position - 1].kind in _LEVELS:
                 return self.after_newline()
             case _:
@@ -200,10 +215,14 @@ class ExpressionParser(TokenReader, ABC):
         """Refuse what cannot begin an expression."""
         help = None
         before = self.tokens[self.position - 1].kind if self.position else ""
-        if before == ".." and self.token.kind in (".", "="):
-            help = "an interval is `a..b`; a loop over it ends before `b`"
-        elif before in ("+", "-", "*", "/") and self.token.kind == "=":
-            help = "values never change: `let name = value` names another"
+        if self.token.kind in self.refused:
+            raise SyntaxFault
+        if before == "=" and self.token.kind == "newline":
+            help = "the value stands behind the `=`, or in brackets that begin there"
+        elif self.token.kind == "<":
+            help = "a vector is written `(x, y, z)`"
+        elif before == "%":
+            help = "`%` is the rest of a division; a half is `0.5`"
         elif before in ("(", "[") and self.token.kind == "end":
             self.close(self.tokens[self.position - 1], ")" if before == "(" else "]")
         elif self.token.kind == "fn":
@@ -213,8 +232,7 @@ class ExpressionParser(TokenReader, ABC):
         elif self.token.kind == "else":
             help = "put `else` on the line of the `}` before it"
         elif self.token.kind in (")", "]") and before in ("", "newline"):
-            self.report("syntax-unmatched", f"this `{self.token.kind}` closes nothing", self.token)
-            raise SyntaxFault
+            self.closes_nothing()
         elif self.token.kind in ("*", "/", "%", "+") and before in ("newline", "{", "}"):
             help = _NEWLINE
         self.expected("an expression", help)
@@ -249,6 +267,10 @@ class ExpressionParser(TokenReader, ABC):
                 help = "`==` compares" if self.token.kind == "=" else "write `if condition { … }`"
                 self.expected("`{`", help)
             branches.append((condition, self.block()))
+            if self.token.kind == "name" and self.token.value in ELSE_IF:
+                word = f"`{self.token.value}` is no word of the language"
+                self.report("syntax-expected", word, self.token, help="write `else if`")
+                continue
             if self.token.kind != "else":
                 break
             self.advance()
@@ -263,9 +285,11 @@ class ExpressionParser(TokenReader, ABC):
         """`"for" name "in" expression { "," name "in" expression } block`."""
         start = self.advance()
         variables: list[ast.LoopVariable] = []
+        if self.token.kind == "(":
+            self.expected("a name after `for`", _LOOP)
         while True:
             name = self.binding_name("a name after `for`" if not variables else "a name after `,`")
-            self.expect("in", help="write `for i in 0..n { … }`")
+            self.expect("in", help=_LOOP)
             values = self.expression()
             variables.append(
                 ast.LoopVariable(self.span(name), str(name.value), self.token_span(name), values)
@@ -274,6 +298,6 @@ class ExpressionParser(TokenReader, ABC):
                 break
             self.advance()
         if self.token.kind != "{":
-            self.expected("`{` and the loop's body", "write `for i in 0..n { … }`")
+            self.expected("`{` and the loop's body", _LOOP)
         body = self.block()
         return ast.For(self.span(start), tuple(variables), body)

@@ -54,6 +54,8 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         words = source_text(expression.span)
         if isinstance(expression, ast.Number):
             help = f"write `{words}deg`"
+            if not value.is_integer() and abs(value) <= 6.3:
+                help += f", or `{words}rad` if it is in radians"
         else:
             help = "give the number a unit by multiplying it: `… * 1deg`"
     elif due == "a number" and isinstance(value, Angle):
@@ -71,6 +73,12 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"write `rgb{source_text(expression.span)}`"
         if not isinstance(expression, ast.VectorLiteral):
             help = "make it of components: `rgb(v.x, v.y, v.z)`"
+    elif due == "a color" and found == "a string":
+        help = "a color is written `rgb(1, 0, 0)` or `#ff0000`"
+    elif due.startswith("a vector") and isinstance(expression, ast.ListLiteral):
+        help = f"a vector is written in round brackets: `({source_text(expression.span)[1:-1]})`"
+    elif due == "a truth value" and found == "a number":
+        help = "compare it, as in `x > 0`"
     elif due == "a material" and found == "a color":
         help = f"make a material of it: `matte({source_text(expression.span)[:40]})`"
     elif isinstance(value, Group) and not value.items:

@@ -14,6 +14,7 @@ from dsl.angles import UNITS, degrees_from_literal
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
+from dsl.elsewhere import MEANT, SIGNS, WORDS
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.tokens import KEYWORDS, RESERVED, Token, TokenValue
@@ -25,9 +26,11 @@ _WORD = r"""
   | [0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?(?:[^\W\d]\w*)?
   | \.\.|==|!=|<=|>=|[()\[\]{}.,:=+\-*%<>]|/(?!\*)
   | "(?:[^"\\\r\n]|\\[^\r\n])*"?
-  | \#\w*                                               # color
+  | \#\w+                                               # color
+  | \#[^\r\n]*                                          # comment of another language
+  | '[^'\r\n]*' | `[^`\r\n]*` | “[^“”\r\n]*” | ‘[^‘’\r\n]*’
   | /\*[\s\S]*                                          # comment without an end
-  | [^\s\w"\#()\[\]{}.,:=+\-*/%<>]+ | [\s\S]            # what begins no word
+  | [^\s\w"'`“”‘’\#;()\[\]{}.,:=+\-*/%<>]+ | [\s\S]            # what begins no word
     """
 """A text is a row of these, without gaps."""
 _ASCII = re.compile(_WORD, re.VERBOSE)
@@ -48,33 +51,6 @@ _FIXED: dict[str, _Word] = {
     **{word: (word, None) for word in (*"()[]{}.,:=+-*/%<>", "..", "==", "!=", "<=", ">=")},
     **{word: (word, None) for word in KEYWORDS},
     **{word: ("reserved", word) for word in RESERVED},
-}
-
-_MENDS = {
-    "^": "write `pow(a, b)`",
-    "&&": "write `and`",
-    "||": "write `or`",
-    "!": "write `not`",
-    ";": "end a statement with a new line",
-    "'": 'strings are written in double quotes: "…"',
-    "`": 'strings are written in double quotes: "…"',
-    "?": "write `if condition { a } else { b }`",
-    "²": "write `pow(a, 2)`",
-    "³": "write `pow(a, 3)`",
-    "×": "write `a * b`",
-    "·": "write `a * b`",
-    "÷": "write `a / b`",
-    "−": "write the sign as `-`",
-    "–": "write the sign as `-`",
-    "≤": "write `<=`",
-    "≥": "write `>=`",
-    "≠": "write `!=`",
-    "°": "write `deg`, as in `40deg`",
-    "“": 'strings are written in straight quotes: "…"',
-    "”": 'strings are written in straight quotes: "…"',
-    "…": "write `a..b`",
-    "$": "a name begins with a letter",
-    "@": "a name begins with a letter",
 }
 
 
@@ -114,6 +90,8 @@ class _Lexer:
         self.limits = limits
         self.diagnostics: list[Diagnostic] = []
         self.faulty = False  # the word being read
+        self.hash = False  # a `#` before a comment has been reported
+        self.tokens: list[Token] = []
         self.known = dict(_FIXED)  # the words so far: each is read once
         self.brackets: list[str] = []
         self.open = dict.fromkeys("([{", 0)  # how many of each are among the brackets
@@ -125,7 +103,7 @@ class _Lexer:
             message = f"the source has {size} bytes, more than the limit of {limit}"
             self.fault("limit-source", message, 0, 0, help="split it into files and `use` them")
             return [Token("end", 0, 0)], self.diagnostics
-        tokens, known, is_ascii = list[Token](), self.known, text.isascii()
+        tokens, known, is_ascii = self.tokens, self.known, text.isascii()
         newline: Token | None = None  # seen, but the next line may still start with a dot
         line_start = True
         end = 0
@@ -204,7 +182,7 @@ class _Lexer:
         elif first.isspace():
             found = _SPACE
         else:
-            found = self.unexpected(word, start)
+            found = self.foreign(word, start)
         if not self.faulty:
             self.known[word] = found
         return found
@@ -217,7 +195,9 @@ class _Lexer:
 
             return "name", normalize("NFC", word)
         valid = next(n for n in range(len(word)) if not word[: n + 1].isidentifier())
-        return self.unexpected(word[valid], start + _size(word[:valid]))
+        letter = word[valid]
+        self.unexpected(letter, start + _size(word[:valid]), SIGNS.get(letter))
+        return "fault", None
 
     def number(self, word: str, start: int) -> _Word:
         digits = _DIGITS.match(word)[0]  # type: ignore[index]
@@ -227,15 +207,12 @@ class _Lexer:
             kind, value = "angle", degrees_from_literal(digits, unit)
         elif unit:
             kind = "fault"
-            near = did_you_mean(unit, UNITS)
             self.fault(
                 "syntax-unknown-unit",
                 f"no unit named `{unit}`",
                 middle,
                 middle + _size(unit),
-                help=near
-                or f"angles have the units deg, rad and turn; a product is written "
-                f"`{digits} * {unit}`",
+                help=self.instead_of_unit(digits, unit),
             )
         if math.isinf(value):
             self.fault(
@@ -247,6 +224,19 @@ class _Lexer:
             )
             kind = "fault"
         return kind, value
+
+    def instead_of_unit(self, digits: str, unit: str) -> str:
+        """What to write in the place of a number and the letters behind it."""
+        if self.tokens and self.tokens[-1].kind in _STATEMENT_WORDS:
+            return "a name begins with a letter"
+        if digits == "0" and re.fullmatch("x[0-9a-fA-F]{6}", unit):
+            return f"a color is written `#{unit[1:]}`"
+        if re.fullmatch("_[0-9_]*[0-9]", unit):
+            return f"write `{digits}{unit.replace('_', '')}`"
+        if unit in ("f", "F", "px", "mm", "cm", "m"):
+            return f"only angles have units: write `{digits}`"
+        units = f"angles have the units deg, rad and turn; a product is written `{digits} * {unit}`"
+        return did_you_mean(unit, UNITS) or units
 
     def string(self, word: str, start: int) -> _Word:
         if not _STRING.fullmatch(word):
@@ -304,24 +294,46 @@ class _Lexer:
         if re.fullmatch("[0-9a-fA-F]{6}", digits):
             red, green, blue = (srgb_to_linear(int(digits[i : i + 2], 16), 255) for i in (0, 2, 4))
             return "color", (red, green, blue)
+        if not digits or not (digits[0].isalnum() or digits[0] == "_"):
+            if not self.hash:
+                self.hash = True
+                help = "comments begin with `//`: write it for every `#`"
+                self.fault("syntax-color", "`#` begins no color", start, start + 1, help)
+            return _SPACE
         help = "a color has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"
         if re.fullmatch("[0-9a-fA-F]{3}", digits):
             help = f"write `#{''.join(2 * digit for digit in digits)}`"
         message = f"`{word[:40]}` is no color"
-        self.fault("syntax-color", message, start, start + _size(word), help=help)
+        help = WORDS.get(digits, help)
+        self.fault("syntax-color", message, start, start + _size(word), help)
         return "fault", None
 
-    def unexpected(self, words: str, start: int) -> _Word:
-        shown = words if len(words) <= 8 else words[:8] + "…"
-        named = f"`{shown}`" if shown.isprintable() else f"U+{ord(shown[0]):04X}"
-        self.fault(
-            "syntax-unexpected-character",
-            f"unexpected character {named}",
-            start,
-            start + _size(words),
-            help=_MENDS.get(words),
-        )
-        return "fault", None
+    def foreign(self, words: str, start: int) -> _Word:
+        """What begins no word; where it can mean one thing only, reading goes on with that."""
+        if len(words) > 1 and words[0] in "'`“‘":
+            self.fault(
+                "syntax-unexpected-character",
+                f"unexpected character `{words[0]}`",
+                start,
+                start + _size(words),
+                SIGNS[words[0]],
+            )
+            return "string", words[1:-1]
+        if (meant := MEANT.get(words)) is None:
+            return "foreign", words
+        self.unexpected(words, start, f"write `{meant}`")
+        return meant, words
+
+    def unexpected(self, words: str, start: int, help: str | None) -> None:
+        message, end = unexpected(words), start + _size(words)
+        self.fault("syntax-unexpected-character", message, start, end, help)
+
+
+def unexpected(words: str) -> str:
+    """How messages tell of characters that begin no word."""
+    shown = words if len(words) <= 8 else words[:8] + "…"
+    named = f"`{shown}`" if shown.isprintable() else f"U+{ord(shown[0]):04X}"
+    return f"unexpected character {named}"
 
 
 def _size(text: str) -> int:

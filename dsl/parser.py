@@ -7,32 +7,22 @@ names that a faulty `let`, `fn` or `use` introduces stay defined, and what could
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
 from typing import NoReturn
 
 from dsl import ast
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic
+from dsl.elsewhere import DEFINING, WORDS
 from dsl.expression_parser import ExpressionParser
 from dsl.lexer import tokenize
 from dsl.spans import Source, Span
+from dsl.suggest import did_you_mean
 from dsl.token_reader import Abandon, SyntaxFault
-from dsl.tokens import Token
+from dsl.tokens import KEYWORDS, Token
 
-_FUNCTION = "a function is defined with `fn name(…) { … }`"
 _LET = "write `let name = value`"
-_USE = 'write `use "file.ovo" as name`'
-_ELSEWHERE = {
-    "def": _FUNCTION,
-    "function": _FUNCTION,
-    "module": _FUNCTION,
-    "return": "the value of a function is that of its block: leave `return` out",
-    "while": "loops run over intervals and lists: `for i in 0..n { … }`",
-    "import": _USE,
-    "include": _USE,
-    "const": _LET,
-    "var": _LET,
-}
-"""Words that begin statements elsewhere, and what is written instead."""
 
 
 def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, list[Diagnostic]]:
@@ -49,6 +39,8 @@ def parse_tokens(
 
 
 class _Parser(ExpressionParser):
+    semicolon = False  # one has been reported
+
     def module(self) -> ast.Module:
         statements: list[ast.Statement] = []
         complete = True
@@ -57,7 +49,8 @@ class _Parser(ExpressionParser):
                 self.statements(statements)
                 if self.token.kind == "}":
                     self.tainted = False
-                    self.report("syntax-unmatched", "this `}` closes nothing", self.token)
+                    with suppress(SyntaxFault):
+                        self.closes_nothing()
                     self.advance()
         except Abandon:
             complete = False
@@ -67,41 +60,88 @@ class _Parser(ExpressionParser):
     def statements(self, into: list[ast.Statement]) -> None:
         """Read statements up to a closing brace or the end."""
         while True:
-            self.skip_newlines()
+            while self.token.kind == "newline" or self.is_semicolon():
+                self.advance()
             if self.token.kind in ("end", "}"):
                 return
             self.tainted = False
             nesting = self.nesting
-            try:
-                statement = self.statement()
-                ended = self.token.kind in ("newline", "end", "}")
-                if ended or isinstance(statement, ast.Definition):
-                    into.append(statement)
-                if not ended:
-                    self.end_of_statement_expected()
-            except SyntaxFault:
-                self.recover()
+            into.append(self.whole_statement())
             self.nesting = nesting
 
-    def end_of_statement_expected(self) -> NoReturn:
+    def whole_statement(self) -> ast.Statement:
+        """A statement, faulty or not, up to its end."""
+        start, first = self.token, self.position
+        statement: ast.Statement | None = None
+        try:
+            statement = self.statement()
+            if self.token.kind not in ("newline", "end", "}") and not self.is_semicolon():
+                self.end_of_statement_expected(statement)
+        except SyntaxFault:
+            self.recover(start)
+            missing = ast.Missing(self.span(start))
+            if isinstance(statement, ast.Let):
+                return replace(statement, value=missing)
+            if not isinstance(statement, ast.Definition):
+                name = self.introduced(first)
+                if name is None:
+                    return missing
+                return ast.Let(missing.span, str(name.value), self.token_span(name), missing)
+        return statement
+
+    def is_semicolon(self) -> bool:
+        """Whether the current token ends a statement elsewhere; the first in a file is reported."""
+        if self.token.kind != "foreign" or self.token.value != ";":
+            return False
+        if not self.semicolon:
+            self.semicolon = True
+            self.foreign_sign()
+        return True
+
+    def introduced(self, first: int) -> Token | None:
+        """The name that a statement of another language defines."""
+        tokens, position = [*self.tokens[first : first + 5], self.tokens[-1]], 0
+        while self.words(tokens[position]).removeprefix("#") in DEFINING:
+            position += 1
+        token, following = tokens[position], tokens[min(position + 1, len(tokens) - 1)]
+        if token.kind != "name":
+            return None
+        if position > 0 or following.kind == "=":
+            return token
+        if following.kind == "name" and tokens[position + 2].kind == "=":
+            return following
+        return None
+
+    def words(self, token: Token) -> str:
+        """The text of a token."""
+        return self.encoded[token.start : token.end].decode("utf-8", "surrogatepass")
+
+    def end_of_statement_expected(self, statement: ast.Statement) -> NoReturn:
         help = "each statement has a line of its own"
         before = self.tokens[self.position - 1]
-        if before.kind == "name" and before.value in _ELSEWHERE:
-            word = str(before.value)
-            message = f"`{word}` is no word of the language"
-            self.report("syntax-expected", message, before, help=_ELSEWHERE[word])
-            raise SyntaxFault
-        if self.token.kind == "=":
+        word = statement.base if isinstance(statement, ast.Chain) else statement
+        for node in (word, statement.value if isinstance(statement, ast.Let) else None):
+            if isinstance(node, ast.Name) and node.name in WORDS:
+                message = f"`{node.name}` is no word of the language"
+                self.report("syntax-expected", message, node.span, help=WORDS[node.name])
+                raise SyntaxFault
+        near = before.kind == "name" and did_you_mean(str(before.value), KEYWORDS)
+        if near and self.token.kind == "name":
+            help = near
+        elif self.token.kind == "=":
             help = "`==` compares; `let name = value` names a value"
         elif self.token.kind in ("{", "name") and before.kind == ")":
             help = "each statement has its own line; a map follows its object: `sphere().scale(2)`"
         elif self.token.kind == "{":
-            help = "a function is defined with `fn name(…) { … }`"
+            help = "a call is written `name(…)`, and a function defined by `fn name(…) { … }`"
+        elif self.token.kind == "if":
+            help = "write `if condition { a } else { b }`"
+        elif self.token.kind == ":":
+            help = "an argument is named in round brackets: `call(name: value)`"
         elif self.token.kind == "else":
             help = "put `else` on the line of the `}` before it"
         elif self.token.kind in (")", "]"):
-            self.report("syntax-unmatched", f"this `{self.token.kind}` closes nothing", self.token)
-            raise SyntaxFault
+            self.closes_nothing()
         self.expected("the end of the statement", help)
 
     def statement(self) -> ast.Statement:
@@ -122,10 +162,12 @@ class _Parser(ExpressionParser):
         start = self.advance()
         name = self.binding_name("a name after `let`")
         try:
-            self.expect("=", help="write `let name = value`")
+            if self.token.kind == "-":
+                self.expected("`=`", "a name has letters, digits and `_`, and no `-`")
+            self.expect("=", help=_LET)
             value = self.expression()
         except SyntaxFault:
-            self.recover()
+            self.recover(start)
             value = ast.Missing(self.span(start))
         return ast.Let(self.span(start), str(name.value), self.token_span(name), value, doc)
 
@@ -142,7 +184,7 @@ class _Parser(ExpressionParser):
                 self.expected("`{` and the function's body", "write `fn name(parameters) { … }`")
             body = self.block()
         except SyntaxFault:
-            self.recover()
+            self.recover(start)
         return ast.Function(
             self.span(start), str(name.value), self.token_span(name), tuple(parameters), body, doc
         )
@@ -195,7 +237,7 @@ class _Parser(ExpressionParser):
                 self.advance()
                 allowed = self.expression()
         except SyntaxFault:
-            self.recover()
+            self.recover(start)
         return ast.Param(
             self.span(start), str(name.value), self.token_span(name), default, allowed, doc
         )

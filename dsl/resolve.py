@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
+from dsl.elsewhere import WORDS
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import Binding
@@ -67,6 +68,10 @@ class _Resolver:
 
     def define(self, node: object, name: str, span: Span, frame: _Frame) -> None:
         previous = frame.names.get(name)
+        known = previous is not None and previous.span is not None
+        if known and isinstance(node, ast.Let) and isinstance(node.value, ast.Missing):
+            self.result.definitions.setdefault(node, Binding(name, span))
+            return  # the faulty statement may not have been meant to define it
         if previous is not None and previous.span is not None:
             self.report(
                 "name-duplicate",
@@ -97,7 +102,8 @@ class _Resolver:
         message = f"nothing here is named `{node.name}`"
         if later is None:
             known = {name for scope in scopes for name in scope.names}
-            self.report("name-unknown", message, node.span, did_you_mean(node.name, known))
+            help = WORDS.get(node.name) or did_you_mean(node.name, known)
+            self.report("name-unknown", message, node.span, help)
         else:
             place, help = later
             self.report("name-unknown", message, node.span, help, Label(place, "defined only here"))

@@ -98,6 +98,7 @@ def item(value: Value, index: Value, suffix: ast.Index) -> Value:
             if isinstance(value, List)
             else f"no component {format_number(index)} in {type_name(value)}; {last}",
             suffix.index.span,
+            help="the last is `list[count(list) - 1]`" if index < 0.0 and items else None,
         )
     return items[int(index)]
 

@@ -4,21 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-_ELSEWHERE = {
-    "ball": "sphere",
-    "circle": "disc",
-    "cube": "box",
-    "cuboid": "box",
-    "donut": "torus",
-    "ground": "plane",
-    "lerp": "mix",
-    "light": "point_light",
-    "mirror": "reflect",
-    "move": "translate",
-    "quad": "rectangle",
-    "tube": "ring",
-}
-"""What other languages call it."""
+from dsl.elsewhere import SYNONYMS
+
 _COMPARED = 1000
 """Words that are compared letter by letter: a program may define very many."""
 
@@ -42,8 +29,9 @@ def did_you_mean(word: str, known: Iterable[str]) -> str | None:
         beginnings = (
             n for n in sorted(names) if _begins(plain, names[n]) or _begins(names[n], plain)
         )
-        nearest = next(beginnings, _ELSEWHERE.get(plain))
-    return f"did you mean `{nearest}`?" if nearest in names else None
+        called = (name for name in SYNONYMS.get(plain, ()) if name in names)
+        nearest = next(beginnings, next(called, None))
+    return None if nearest is None else f"did you mean `{nearest}`?"
 
 
 def _begins(beginning: str, word: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
@@ -10,10 +11,13 @@ from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.documentation import documentation
+from dsl.elsewhere import ELSE_BEGINNINGS, MEANT, SIGNS
+from dsl.lexer import unexpected
 from dsl.spans import Source, Span
 from dsl.tokens import KEYWORDS, Token, describe
 
 _Item = TypeVar("_Item")
+_SIGN = re.compile(b"|".join(re.escape(sign.encode()) for sign in sorted(SIGNS, key=len)[::-1]))
 
 
 class SyntaxFault(Exception):
@@ -40,6 +44,7 @@ class TokenReader:
         self.nesting = 0
         self.tainted = False  # a fault in this statement has been reported
         self.unclosed = False  # so has a block that reaches the end of the file
+        self.refused: set[str] = set()  # words that were to be names
 
     def advance(self) -> Token:
         """The current token; the next one comes into view."""
@@ -105,8 +110,9 @@ class TokenReader:
         self, what: str, help: str | None = None, secondary: tuple[Label, ...] = ()
     ) -> NoReturn:
         """Give up the statement because something else is due here."""
-        if self.token.kind == "fault":
+        if self.token.kind == "fault" or (self.token.kind in MEANT.values() and self.token.value):
             self.tainted = True
+        self.foreign_sign()
         place = self.token
         if place.value in UNITS and self.tokens[self.position - 1].kind == "number":
             help = f"write the unit directly after the number, as in `40{place.value}`"
@@ -121,24 +127,72 @@ class TokenReader:
         )
         raise SyntaxFault
 
+    def foreign_sign(self) -> None:
+        """Report the sign of another language that the current token is, or is a part of."""
+        if self.token.kind == "foreign":
+            words = str(self.token.value)
+            message = unexpected(words)
+            self.report("syntax-unexpected-character", message, self.token, help=SIGNS.get(words))
+            return
+        before = self.tokens[self.position - 1] if self.position else self.token
+        for first in (before, self.token):
+            sign = _SIGN.match(self.encoded, first.start)
+            if sign is not None and first.end < sign.end() >= self.token.end:
+                span = Span(self.source, *sign.span())
+                words = sign[0].decode()
+                message = f"`{words}` is no sign of the language"
+                self.report("syntax-expected", message, span, help=SIGNS[words])
+
     def expect(self, kind: str, help: str | None = None) -> Token:
         """The current token, which is to be of that kind."""
         if self.token.kind != kind:
             self.expected(f"`{kind}`", help)
         return self.advance()
 
-    def recover(self) -> None:
-        """Skip to the end of the statement: a newline or the brace that closes the block."""
+    def closes_nothing(self) -> NoReturn:
+        """Give up the statement because of a closing bracket."""
+        kind = self.token.kind
+        message = f"this `{kind}` closes nothing"
+        self.report("syntax-unmatched", message, self.token, help="remove it, or open the bracket")
+        raise SyntaxFault
+
+    def recover(self, start: Token) -> None:
+        """Skip to the end of the statement that begins there.
+
+        That is a newline or the brace that closes the block. After a colon at the end of a line the
+        lines that stand further to the right belong to the statement, as they do in Python.
+        """
         depth = 0
         while self.token.kind != "end":
             kind = self.token.kind
-            if depth == 0 and kind in ("newline", "}"):
+            if depth == 0 and kind in ("newline", "}", ";"):
+                if kind == "newline" and self.tokens[self.position - 1].kind == ":":
+                    self.skip_indented(self.column(start))
                 return
             if kind in ("(", "[", "{"):
                 depth += 1
             elif kind in (")", "]", "}"):
                 depth = max(0, depth - 1)
             self.advance()
+
+    def skip_indented(self, margin: int) -> None:
+        """Skip the lines further to the right, and an `else` among them with its own."""
+        while self.token.kind == "newline":
+            token = self.tokens[self.position + 1]
+            word = token.value if token.kind == "name" else token.kind
+            column = self.column(token)
+            if token.kind == "end" or column < margin:
+                return
+            if column == margin and word not in ELSE_BEGINNINGS:
+                return
+            self.advance()
+            while self.token.kind not in ("newline", "end"):
+                self.advance()
+
+    def column(self, token: Token) -> int:
+        """The bytes before a token on its line."""
+        newline = max(self.encoded.rfind(mark, 0, token.start) for mark in (b"\n", b"\r"))
+        return token.start - newline - 1
 
     def deeper(self, token: Token) -> None:
         """Enter a bracket, block or prefix; `nesting` goes back by one at its end."""
@@ -158,6 +212,7 @@ class TokenReader:
         if token.kind == "name":
             return self.advance()
         if token.kind == "reserved" or token.kind in KEYWORDS:
+            self.refused.add(token.kind)
             self.report(
                 "syntax-reserved-word",
                 f"`{token.value or token.kind}` is a word of the language and cannot be a name",
@@ -202,8 +257,17 @@ class TokenReader:
                 )
                 raise SyntaxFault
             help = None
+            before = self.tokens[self.position - 1]
             if kind == "if":
                 help = "write `if condition { a } else { b }`"
+            elif kind == "for":
+                help = "a loop emits objects, from a line of its own: `for i in 0..n { … }`"
+            elif kind == ":" and before.kind == "number":
+                help = "an interval is written `a..b`"
+            elif expected and not self.begins_line() and before.kind == "name":
+                help = f"an argument is named with a colon: `{before.value}: …`"
+            elif expected and not self.begins_line() and kind in ("name", "number", "angle"):
+                help = "separate the items with `,`"
             elif expected and self.begins_line():
                 help = f"close the bracket with `{closer}`, or separate the items with `,`"
             self.expected(expected or f"`{closer}`", help, secondary=(label,))

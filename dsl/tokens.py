@@ -33,9 +33,11 @@ class Token:
     """One word.
 
     `kind` is the text itself for keywords and symbols, otherwise "number", "angle", "string",
-    "color", "name", "reserved", "newline", "end", or "fault" for what the lexer has reported.
+    "color", "name", "reserved", "newline", "end", "fault" for what the lexer has reported, or
+    "foreign" for characters that begin no word, which the parser reports.
     `start` and `end` are UTF-8 byte offsets. `value`: a number's value, an angle's degrees, a
-    string's or name's text, a colour's linear components.
+    string's, name's or foreign text, a colour's linear components, and for
+    a symbol or keyword that was written as in another language, which the lexer has reported, that.
     """
 
     kind: str
@@ -54,7 +56,7 @@ def describe(token: Token) -> str:
         case "number" | "angle" | "string" | "color":
             article = "an" if token.kind == "angle" else "a"
             return f"{article} {token.kind}"
-        case "name" | "reserved":
+        case "name" | "reserved" | "foreign":
             return f"`{token.value}`"
         case _:
             return f"`{token.kind}`"

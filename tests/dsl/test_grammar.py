@@ -88,8 +88,10 @@ def is_word(name: str, kind: str) -> bool:
 
 
 def finite(word: str) -> bool:
-    """Whether float64 can hold the number that a word begins with, if it does."""
+    """Whether float64 can hold the number of a word, and Unicode its escapes."""
     number = re.match(r"[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?", word)
+    if any(int(digits, 16) > 0x10FFFF for digits in re.findall(r"\\u\{([0-9a-fA-F]+)\}", word)):
+        return False
     return number is None or float(number[0]) < float("inf")
 
 

@@ -1,0 +1,145 @@
+"""What people write who know another language, and what is written here instead.
+
+From Python, JavaScript, C and GLSL, OpenSCAD and POV-Ray. None of it has a meaning here, so all of
+it is free to be a name; only where a program is faulty anyway do these tables help to say why.
+"""
+
+from __future__ import annotations
+
+_FUNCTION = "a function is defined with `fn name(…) { … }`"
+_LET = "write `let name = value`"
+_USE = 'write `use "file.ovo" as name`'
+_TYPE = "nothing has a type to be written: `let name = value`"
+_PRINT = "a program prints nothing: its value is the scene"
+_SOLIDS = "shapes are not cut or joined: those in one block stand together"
+_VECTOR = "a vector is written `(x, y, z)`"
+_ANGLE = "an angle has its unit: `90deg`, `1.57rad`, `0.25turn`"
+_COLOR = "a color is written `rgb(1, 0, 0)` or `#ff0000`"
+_NOTHING = "every name has a value; the empty group is `{}`"
+_LAST = "a loop takes its whole range: put what is not always wanted into an `if`"
+_QUOTES = 'strings are written in double quotes: `"…"`'
+_NEVER = "values never change: `let name = value` names another"
+
+WORDS: dict[str, str] = {
+    **dict.fromkeys(("def", "func", "function", "fun", "lambda", "module", "macro"), _FUNCTION),
+    **dict.fromkeys(("const", "var", "val", "set", "define", "declare", "local", "mut"), _LET),
+    **dict.fromkeys(("float", "int", "double", "number", "string", "bool", "auto"), _TYPE),
+    **dict.fromkeys(("import", "include", "from", "require"), _USE),
+    **dict.fromkeys(("print", "console", "echo", "printf"), _PRINT),
+    **dict.fromkeys(("union", "difference", "intersection", "hull", "minkowski", "merge"), _SOLIDS),
+    **dict.fromkeys(("vec2", "vec3", "vec4", "Vector", "vector"), _VECTOR),
+    **dict.fromkeys(("radians", "degrees", "deg", "rad"), _ANGLE),
+    **dict.fromkeys(
+        ("red", "green", "blue", "white", "black", "yellow", "orange", "gray", "grey", "color"),
+        _COLOR,
+    ),
+    **dict.fromkeys(("None", "null", "nil", "undef", "undefined", "pass"), _NOTHING),
+    **dict.fromkeys(("break", "continue"), _LAST),
+    **dict.fromkeys(("math", "Math", "np", "numpy"), "write `sqrt(2)`, `sin(30deg)`, `pi`"),
+    **dict.fromkeys(("len", "size"), "write `count(list)`"),
+    **dict.fromkeys(("new", "object"), "a shape is made by its call: `sphere(radius: 2)`"),
+    "True": "write `true`",
+    "False": "write `false`",
+    "PI": "write `pi`",
+    "TAU": "write `2 * pi`, or an angle as `1turn`",
+    "range": "an interval is written `0..n`",
+    "return": "the value of a function is that of its block: leave `return` out",
+    "while": "loops run over intervals and lists: `for i in 0..n { … }`",
+    "uniform": "what may be set from outside is a `param name = default`",
+    "str": "numbers are not made strings",
+    "pigment": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
+    "texture": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
+    "xor": "write `a != b`",
+}
+"""What to write in the place of a word."""
+
+DEFINING = frozenset(
+    (
+        *("def", "func", "function", "fun", "module", "macro", "const", "var", "val", "set"),
+        *("define", "declare", "local", "mut", "uniform", "float", "int", "double", "number"),
+        *("string", "bool", "auto", "vec2", "vec3", "vec4", "import", "from"),
+    )
+)
+"""Words after which the name that they define follows, perhaps with another of them between."""
+
+ELSE_IF = frozenset(("elif", "elsif", "elseif"))
+ELSE_BEGINNINGS = ELSE_IF | {"else"}
+"""Words with which the rest of a conditional begins."""
+
+SIGNS: dict[str, str] = {
+    "...": "an interval is `a..b`, a loop over it ends before `b`; lists are joined by `a + b`",
+    "..=": "an interval is `a..b`; a loop over it ends before `b`",
+    "**": "write `pow(a, b)`",
+    "^": "write `pow(a, b)`",
+    "²": "write `pow(a, 2)`",
+    "³": "write `pow(a, 3)`",
+    "++": _NEVER,
+    "--": _NEVER,
+    "+=": _NEVER,
+    "-=": _NEVER,
+    "*=": _NEVER,
+    "/=": _NEVER,
+    ":=": _LET,
+    "===": "write `==`",
+    "!==": "write `!=`",
+    "<>": "write `!=`",
+    "=>": _FUNCTION,
+    "->": "what a function gives has no type to be written: leave it out",
+    "?": "write `if condition { a } else { b }`",
+    "??": _NOTHING,
+    ";": "a statement ends with its line: leave every `;` out",
+    "&": "write `and`",
+    "|": "write `or`",
+    "'": _QUOTES,
+    "`": _QUOTES,
+    "“": _QUOTES,
+    "”": _QUOTES,
+    "‘": _QUOTES,
+    "’": _QUOTES,
+    "…": "write `a..b`",
+    "°": "write `deg`, as in `40deg`",
+    "$": "a name begins with a letter",
+    "@": "a name begins with a letter",
+    "\\": "a line goes on where a bracket is open, or with a `.` on the next",
+}
+"""What to write in the place of a sign."""
+
+MEANT: dict[str, str] = {
+    "&&": "and",
+    "||": "or",
+    "!": "not",
+    "×": "*",
+    "·": "*",
+    "÷": "/",
+    "−": "-",
+    "–": "-",
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+}
+"""Signs that can mean one thing only: reading goes on with it."""
+
+SYNONYMS: dict[str, tuple[str, ...]] = {
+    "ball": ("sphere",),
+    "circle": ("disc",),
+    "cube": ("box",),
+    "cuboid": ("box",),
+    "donut": ("torus",),
+    "eye": ("from",),
+    "ground": ("plane",),
+    "len": ("count",),
+    "lerp": ("mix",),
+    "light": ("point_light",),
+    "location": ("from", "position"),
+    "lookat": ("at",),
+    "mirror": ("reflect",),
+    "move": ("translate",),
+    "origin": ("from", "position"),
+    "position": ("from",),
+    "quad": ("rectangle",),
+    "size": ("count",),
+    "square": ("rectangle",),
+    "target": ("at",),
+    "tube": ("ring",),
+}
+"""What other languages call it, without case and underscores: names and parameters."""

@@ -1,0 +1,140 @@
+"""What people write who know another language: one fault, one message, a mend."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dsl.budget import DEFAULT_LIMITS
+from dsl.elsewhere import MEANT, SIGNS, WORDS
+from dsl.evaluate import evaluate_source
+from dsl.files import Files
+from dsl.lexer import tokenize
+from dsl.parser import parse
+from dsl.spans import Source, Span
+from dsl.tokens import KEYWORDS
+
+FAULTS = [
+    # Python
+    ("sphere()\nprint(1)", "print", "prints nothing"),
+    ("for i in 0..3:\n    sphere()\n    box().translate(i, 0, 0)\ntorus()", ":", "0..n {"),
+    ("let a = 1\nif a == 1:\n  sphere()\nelif a == 2:\n  box()\nelse:\n  torus()", ":", "if cond"),
+    ("x = 5\nsphere(radius: x)", "=", "let name = value"),
+    ("def ball(r):\n    return sphere(radius: r)\nball(2)", "def", "fn name"),
+    ("# one\n# two\nsphere() # three", "#", "//"),
+    ("import math\nsphere(radius: math.pi)", "import", "use"),
+    ("let r = 2 ** 3\nsphere(radius: r)", "**", "pow(a, b)"),
+    ("let big = True\nif big { sphere() }", "True", "true"),
+    ("let a = 1\nif a == 1 { sphere() } elif a == 2 { box() } else { torus() }", "elif", "else if"),
+    ("camera(from: (0, 0, 5), name: 'left')", "'left'", '"'),
+    ("[sphere().translate(i, 0, 0) for i in 0..3]", "for", "for i in 0..n"),
+    ("sphere(radius=2)", "=", "radius: value"),
+    ("let l = [1, 2]\nfor i in 0..len(l) { sphere() }", "len", "count(list)"),
+    ("let f = lambda x: x + 1\nsphere(radius: f(1))", "lambda", "fn name"),
+    ("let x = 1\nx += 1\nsphere(radius: x)", "+=", "never change"),
+    ("let l = [1, 2]\nsphere(radius: l[-1])", "-1", "count(list) - 1"),
+    ("let a = 3 if true else 4\nsphere(radius: a)", "if", "if condition"),
+    # JavaScript
+    ("let r = 2;\nsphere(radius: r);", ";", "every `;`"),
+    ("var r = 2\nsphere(radius: r)", "var", "let name"),
+    ("const r = 2;\nsphere(radius: r)", "const", "let name"),
+    ("function ball(r) { return sphere(radius: r) }\nball(2)", "function", "fn name"),
+    ("for (let i = 0; i < 10; i++) {\n  sphere().translate(i, 0, 0);\n}", "(", "0..n"),
+    ("for (const x of [1, 2]) { sphere(radius: x) }", "(", "0..n"),
+    ("let ball = (r) => sphere(radius: r)\nball(2)", "=>", "fn name"),
+    ("let a = 1\nif (a === 1) { sphere() }", "===", "`==`"),
+    ("let a = true ? 1 : 2\nsphere(radius: a)", "?", "if condition"),
+    ("sphere({radius: 2})", ":", "round brackets"),
+    ("sphere().rotate_y(Math.PI / 2)", "Math", "pi"),
+    ("let s = new sphere(2)\ns", "new", "sphere(radius: 2)"),
+    ("let b = [...[1], 3]\nfor i in b { sphere() }", "...", "a + b"),
+    ("if true && 1 == 1 { box() }", "&&", "and"),
+    # C and GLSL
+    ("float r = 2.0;\nsphere(radius: r)", "float", "let name"),
+    ("float f(float x) { return x * 2.0; }\nsphere(radius: f(1))", "float", "let name"),
+    ("#define R 2\nsphere(radius: R)", "#define", "let name"),
+    ("sphere().translate(vec3(1, 0, 0))", "vec3", "(x, y, z)"),
+    ("sphere(radius: 2.)", ")", "2.0"),
+    ("sphere(radius: .5)", ".", "0.5"),
+    ("sphere(radius: 2.0f)", "f", "2.0"),
+    ("for (int i = 0; i < 3; ++i) { sphere(); }", "(", "0..n"),
+    # OpenSCAD
+    ("module ball(r) { sphere(r); }\nball(2)", "module", "fn name"),
+    ("translate([1, 0, 0]) sphere(1);", "sphere", "follows its object"),
+    ("difference() { box(); sphere(); }", "difference", "not cut"),
+    ("for (i = [0:10]) { sphere() }", "(", "0..n"),
+    ("for i in [0:10] { sphere() }", ":", "a..b"),
+    ('color("red") sphere(1);', "color", "rgb(1, 0, 0)"),
+    ("sphere().rotate([0, 90, 0])", "[0, 90, 0]", "(0, 90, 0)"),
+    ("cube((1, 2, 3))", "cube", "box"),
+    # POV-Ray
+    ("sphere { <0, 0, 0>, 1 }", "{", "name(…)"),
+    ("#declare R = 2;\nsphere(radius: R)", "#declare", "let name"),
+    ("sphere().translate(<1, 2, 3>)", "<", "(x, y, z)"),
+    ('#include "colors.inc"\nsphere()', "#include", "use"),
+    # anybody
+    ("Let a = 1\nsphere(radius: a)", "a", "let"),
+    ("let in = 3\nsphere(radius: in)", "in", "another name"),
+    ("let 2ball = sphere()", "ball", "begins with a letter"),
+    ("let my-ball = sphere()", "-", "`_`"),
+    ("sphere().rotate_y(1.57)", "1.57", "1.57rad"),
+    ("sphere().rotate_y(radians(90))", "radians", "90deg"),
+    ("sphere().material(red)", "red", "#ff0000"),
+    ('sphere().material(matte("red"))', '"red"', "#ff0000"),
+    ("sphere().material(matte(0xff0000))", "xff0000", "#ff0000"),
+    ("sphere(radius 2)", "2", "radius: …"),
+    ("sphere().translate(1 2 3)", "2", "`,`"),
+    ("sphere(radius: 1_000)", "_000", "1000"),
+    ("sphere(radius: 2px)", "px", "2"),
+    ("if 1 { sphere() }", "1", "x > 0"),
+    ("camera(position: (0, 0, 5))", "position", "from"),
+    ("sphere())", ")", "open the bracket"),
+    ("let r =\nsphere(radius: r)", "", "behind the `=`"),
+    ("fn f() -> number { sphere() }\nf()", "->", "no type"),
+]
+
+
+@pytest.mark.parametrize(("text", "place", "mend"), FAULTS, ids=lambda words: words[:30])
+def test_one_message_at_the_place_with_a_mend(
+    text: str, place: str, mend: str, tmp_path: Path
+) -> None:
+    _, found = evaluate_source(Source("scene.ovo", text), Files(tmp_path))
+    assert [each.message for each in found if each.severity == "error"] == [found[0].message]
+    label = found[0].primary
+    assert label is not None
+    assert isinstance(label.place, Span)
+    assert text.encode()[label.place.start : label.place.end].decode() == place
+    assert mend in (found[0].help or "")
+
+
+def test_faults_that_do_not_touch_are_all_told() -> None:
+    text = "x = 1\nlet y = 2 ** 3\nif x ! y { sphere() }\nfor (;;) { }\nsphere(z: 1)\nbox() box()"
+    _, found = parse(Source("scene.ovo", text))
+    assert len(found) == 5
+    text = "if !(true && false) || x ≤ 1 { }"
+    _, found = parse(Source("scene.ovo", text))
+    assert [each.help for each in sorted(found, key=lambda each: each.message)] == [
+        *("write `not`", "write `and`", "write `or`", "write `<=`"),
+    ]
+
+
+def test_a_name_of_a_faulty_statement_hides_nothing_that_is_known() -> None:
+    text = "let r = 2\nr = 3\nsphere(radius: r, size: 1)"
+    _, found = evaluate_source(Source("scene.ovo", text), Files())
+    assert [each.code for each in found] == ["syntax-expected", "name-unknown-parameter"]
+
+
+def test_strings_that_hold_signs_are_strings() -> None:
+    _, found = parse(Source("scene.ovo", 'let a = ";"\n";"\nif true { sphere() } "elif"'))
+    assert [each.message for each in found] == ["expected the end of the statement, found a string"]
+
+
+def test_the_tables_do_not_speak_of_what_the_language_has() -> None:
+    assert not KEYWORDS.intersection(WORDS)
+    for sign in SIGNS:
+        tokens, _ = tokenize(Source("", sign), DEFAULT_LIMITS)
+        assert len(tokens) > 2 or tokens[0].kind in ("foreign", "fault"), sign
+    for sign, meant in MEANT.items():
+        tokens, found = tokenize(Source("", sign), DEFAULT_LIMITS)
+        assert (tokens[0].kind, len(found)) == (meant, 1)
