@@ -9,6 +9,8 @@ from annotated_types import MaxLen
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
 
+from dsl.scene import Integrator, Precision
+
 Vector = tuple[float, float, float]
 
 _MOST_PARAMS = 1000
@@ -73,9 +75,9 @@ class RenderRequest(Program):
     height: int | None = Field(None, ge=1, description="Pixels.")
     samples: int | None = Field(None, ge=1, description="Camera rays per pixel.")
     camera: int | str | None = Field(None, description="Number or name of a camera of the scene.")
-    integrator: Literal["direct", "ambient_occlusion", "normals", "ids"] | None = None
-    precision: Literal["float32", "float64"] | None = None
-    seed: int = Field(0, ge=0, lt=2**63)
+    integrator: Integrator | None = Field(None, description="What a pixel shows.")
+    precision: Precision | None = Field(None, description="Scalar of the intersectors.")
+    seed: int = Field(0, ge=0, lt=2**63, description="Of the sampling.")
     max_seconds: float | None = Field(
         None, gt=0, description="Longest wait; the service has its own limit too."
     )
@@ -84,7 +86,7 @@ class RenderRequest(Program):
 class RaysProgram(Program):
     """A scene to trace rays against."""
 
-    precision: Literal["float32", "float64"] = "float64"
+    precision: Precision = Field("float64", description="Scalar of the intersectors.")
 
 
 class RaysRequest(RaysProgram):

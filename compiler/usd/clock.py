@@ -75,11 +75,15 @@ class Clock:
         return array.astype(np.int64)
 
     def _array(self, attribute: Any) -> NDArray[Any] | None:
-        value = self.value(attribute)
-        if value is None or isinstance(value, str):
-            return None
-        try:
-            array = np.asarray(value)
-        except (TypeError, ValueError):
-            return None
-        return array if array.dtype.kind in "iuf" else None
+        return numbers(self.value(attribute))
+
+
+def numbers(value: Any) -> NDArray[Any] | None:
+    """A value of USD as an array of integers or floats; None for what is neither."""
+    if value is None or isinstance(value, str):
+        return None
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        return None
+    return array if array.dtype.kind in "iuf" else None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import UsdGeom
 
-from compiler.usd.clock import Clock
+from compiler.usd.clock import Clock, numbers
 from compiler.usd.refinement import Refinement
 from compiler.usd.report import Report
 from compiler.usd.surfaces import MeshSurface
@@ -142,13 +142,8 @@ def _refined(
 
 def _table(value: Any) -> NDArray[np.float32] | None:
     """Rows of numbers `(k, w)`, or None for what is not that."""
-    if value is None or isinstance(value, str):
-        return None
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError):
-        return None
-    if array.dtype.kind not in "fiu" or array.ndim not in (1, 2) or not array.size:
+    array = numbers(value)
+    if array is None or array.ndim not in (1, 2) or not array.size:
         return None
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array.reshape(len(array), -1), dtype=np.float32)

@@ -64,13 +64,14 @@ impl<'py> Rays<'py> {
     }
 }
 
-/// A pool of that many threads; None for the one that all share.
+/// A pool of that many threads, but of no more than there are cores; None for the one that all share.
 fn pool(threads: usize) -> PyResult<Option<rayon::ThreadPool>> {
     if threads == 0 {
         return Ok(None);
     }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(threads.min(cores))
         .build()
         .map(Some)
         .map_err(|error| PyRuntimeError::new_err(error.to_string()))
