@@ -107,9 +107,14 @@ class _Printer:
             return
         indent = self.base + _INDENT
         blocks = {n for n in nodes if isinstance(n, Bracket) and n.is_block and n.items}
-        if measure.breaks and self.fits(measure.head, room):
-            blocks = blocks if any(self.bracket(b).breaks for b in blocks) else set()
         starts = [0, *(i for i in range(1, len(nodes)) if _may_break(nodes, i)), len(nodes)]
+        if measure.breaks and self.fits(measure.head, room):
+            around = [(a, b) for a, b in pairwise(starts) if not blocks.isdisjoint(nodes[a:b])]
+            flat = (self.measure(nodes[a:b]).flat for a, b in around)
+            widths = (None if text is None else len(text) for text in flat)
+            begins = (indent if a else len(self.line) for a, _ in around)
+            if all(w is not None and c + w <= room for w, c in zip(widths, begins, strict=True)):
+                blocks = set()
         for start, stop in pairwise(starts):
             segment = nodes[start:stop]
             if start and _gap(segment[0]).newline:

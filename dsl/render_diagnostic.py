@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import accumulate
 from typing import Any
 
@@ -19,6 +19,7 @@ _Paint = Callable[[str, str], str]
 _WINDOW = 100
 """Columns of a source line that are shown; longer lines are cut around the marked place."""
 _TAB = 4
+_LONG = 10_000
 
 _RED, _YELLOW, _BLUE, _BOLD, _RESET = "\x1b[1;31m", "\x1b[1;33m", "\x1b[1;34m", "\x1b[1m", "\x1b[0m"
 
@@ -60,7 +61,7 @@ def to_json(found: Diagnostic) -> dict[str, Any]:
     """A diagnostic as JSON values.
 
     A place is `{"file", "start", "end", "line", "column", "end_line", "end_column", "text"}` with
-    UTF-8 byte offsets and 1-based lines and columns (of characters), or `{"stage", "prim",
+    UTF-8 byte offsets and 1-based lines and columns (see `line_and_column`), or `{"stage", "prim",
     "text"}`; `text` is the label's.
     """
     return {
@@ -75,9 +76,18 @@ def to_json(found: Diagnostic) -> dict[str, Any]:
 
 
 def line_and_column(source: Source, offset: int) -> tuple[int, int]:
-    """The 1-based line and column (in characters) of a UTF-8 byte offset."""
+    """The 1-based line and column of a UTF-8 byte offset.
+
+    Columns count what a reader takes for one character: extended grapheme clusters (UAX 29), or
+    the code points of a line of more than 10 000. An offset inside a cluster has its column.
+    """
     line = _Line(Span(source, offset, offset))
-    return line.number, len(line.before) + 1
+    index = len(line.before)
+    text = line.before + line.after
+    if len(text) > _LONG or (line.before.isascii() and line.after[:1].isascii()):
+        return line.number, index + 1
+    starts = accumulate(map(len, _clusters(text)), initial=0)
+    return line.number, sum(start <= index for start in starts)
 
 
 def _label_to_json(label: Label) -> dict[str, Any]:
@@ -186,20 +196,33 @@ def _window(text: str, start: int, width: int) -> tuple[str, int]:
     return cut, start - first
 
 
+def _clusters(text: str) -> Iterator[str]:
+    """The extended grapheme clusters of a text."""
+    if text.isascii():
+        return iter(text)
+    from wcwidth import iter_graphemes
+
+    return iter_graphemes(text)
+
+
 def _cells(text: str) -> list[int]:
-    """Terminal columns of each character: tabs to the next stop, wide ones 2, combining ones 0."""
+    """Terminal columns of each character as shown; those of a cluster count for its first."""
     cells: list[int] = []
     column = 0
-    for character in text:
-        if character == "\t":
-            width = _TAB - column % _TAB
-        elif unicodedata.combining(character) or unicodedata.category(character) == "Cf":
-            width = 0
-        else:
-            width = 2 if unicodedata.east_asian_width(character) in "WF" else 1
-        cells.append(width)
+    for cluster in _clusters(text):
+        width = _TAB - column % _TAB if cluster == "\t" else _width(_clean(cluster))
+        cells += [width, *[0] * (len(cluster) - 1)]
         column += width
     return cells
+
+
+def _width(shown: str) -> int:
+    """Terminal columns of a text without control characters."""
+    if shown.isascii():
+        return len(shown)
+    from wcwidth import wcswidth
+
+    return max(0, int(wcswidth(shown)))
 
 
 def _shown(text: str) -> str:

@@ -120,7 +120,7 @@ class SpanPlace(BaseModel):
     start: int = Field(description="UTF-8 bytes before it.")
     end: int
     line: int = Field(description="From 1.")
-    column: int = Field(description="From 1, in characters.")
+    column: int = Field(description="From 1, in grapheme clusters (UAX 29).")
     end_line: int
     end_column: int
     text: str = Field(description="A few words about the place.")

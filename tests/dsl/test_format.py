@@ -107,3 +107,11 @@ def test_ten_thousand_suffixes_and_a_deep_nest() -> None:
     assert meaning(formatted(chain)) == meaning(chain)
     deep = "f(" * 60 + "1" + ")" * 60
     assert meaning(formatted(deep)) == meaning(deep)
+
+
+def test_the_blocks_of_a_conditional_after_a_comment_are_broken_together() -> None:
+    long = "a_name_that_is_rather_long(" + "1, " * 14 + "1)"
+    text = f"f(if  // why\n  a {{ short }} else {{ {long} }})"
+    once = formatted(text)
+    assert formatted(once) == once
+    assert "a {\n    short\n  } else {\n" in once
