@@ -110,7 +110,7 @@ def test_ten_thousand_suffixes_and_a_deep_nest() -> None:
 
 
 def test_the_blocks_of_a_conditional_after_a_comment_are_broken_together() -> None:
-    long = "a_name_that_is_rather_long(" + "1, " * 14 + "1)"
+    long = "a_name_that_is_rather_long(" + "1, " * 17 + "1)"
     text = f"f(if  // why\n  a {{ short }} else {{ {long} }})"
     once = formatted(text)
     assert formatted(once) == once
