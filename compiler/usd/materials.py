@@ -7,6 +7,7 @@ from typing import Any
 
 from pxr import Sdf, UsdShade
 
+from compiler.usd import materialx
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.textures import Textures
@@ -55,7 +56,7 @@ class Materials:
         return self._read[path]
 
     def _surface(self, material: Any) -> Material:
-        shader = material.ComputeSurfaceSource()[0]
+        shader = material.ComputeSurfaceSource()[0] or material.ComputeSurfaceSource("mtlx")[0]
         if not shader:
             self._report.add(
                 "usd-material",
@@ -64,7 +65,9 @@ class Materials:
             )
             return DEFAULT_MATERIAL
         identifier = shader.GetShaderId() or "without an identifier"
-        if identifier != "UsdPreviewSurface":
+        if identifier == materialx.STANDARD:
+            return self._standard_surface(shader)
+        if identifier not in ("UsdPreviewSurface", materialx.PREVIEW):
             self._report.add(
                 "usd-material",
                 f"surface shader `{identifier}` is drawn as the default material",
@@ -90,6 +93,17 @@ class Materials:
         workflow = self._value(shader, "useSpecularWorkflow")
         textures = tuple(texture for texture in found.values() if texture is not None)
         return Material(specular_workflow=bool(workflow), textures=textures, **parameters)
+
+    def _standard_surface(self, shader: Any) -> Material:
+        unread = [
+            port.GetBaseName()
+            for port in shader.GetInputs()
+            if port.GetBaseName() not in materialx.READ
+        ]
+        if unread:
+            message = f"of a standard_surface, {', '.join(f'`{n}`' for n in unread)} are not used"
+            self._report.add("usd-material", message, shader.GetPath())
+        return Material(**materialx.standard_surface(lambda name: self._value(shader, name)))
 
     def _texture(self, shader: Any, name: str, parameter: str) -> Texture | None:
         port = shader.GetInput(name)

@@ -67,6 +67,9 @@ class Primvars:
             token = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
         else:
             return None
+        if surface.posed:
+            self._ignore(prim, "normals", "does not move with its skinned mesh")
+            return None
         found = self._attribute(prim, "normals", values, indices, token, surface)
         return found if found is not None and found.values.shape[1] == 3 else None
 

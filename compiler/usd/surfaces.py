@@ -27,7 +27,8 @@ class MeshSurface:
     `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
     `face_count` the number of faces that the prim lists. `places` `(m, 3)` say which of the prim's
     `faceVertexIndices` each corner is, or, with a `refinement`, which refined corner; triangles
-    are `turned` against the prim's faces if those are left-handed.
+    are `turned` against the prim's faces if those are left-handed. Points that are `posed` are not
+    where the prim has them.
     """
 
     points: FloatArray
@@ -37,6 +38,7 @@ class MeshSurface:
     places: IntArray
     refinement: Refinement | None = None
     turned: bool = False
+    posed: bool = False
 
     def part(
         self, chosen: IntArray | None = None, attributes: Sequence[MeshAttribute] = ()
@@ -133,7 +135,8 @@ def read_mesh(
     turned = clock.token(prim.GetAttribute("orientation")) == "leftHanded"
     if turned:
         triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
-    return MeshSurface(points, triangles, faces, len(counts), places, refinement, turned)
+    posed = skinning is not None
+    return MeshSurface(points, triangles, faces, len(counts), places, refinement, turned, posed)
 
 
 def _surface_of_tetrahedra(prim: Any, clock: Clock) -> tuple[IntArray | None, IntArray | None]:

@@ -73,6 +73,13 @@ def test_joints_move_points_by_their_weights(
     np.testing.assert_allclose(world, np.add(points, (100, 0, 0)), atol=1e-6)
 
 
+def test_normals_that_would_not_move_are_ignored(load: Callable[..., Any]) -> None:
+    normals = "normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1)]\n        point3f[] points"
+    imported = load(ARM.replace("point3f[] points", normals), time=10.0)
+    assert imported.said("does not move").primary.place.prim == "/arm/skin"
+    assert imported.leaves[0].node.attributes == ()
+
+
 def test_what_inherits_joints_moves_with_them(load: Callable[..., Any]) -> None:
     held = """
     def Xform "held" (prepend apiSchemas = ["SkelBindingAPI"]) {
