@@ -137,6 +137,13 @@ class Appearance:
         self.resolve([prim])
         return self._bindings[prim.GetPath()]
 
+    def attributes(self, prim: Any) -> frozenset[str]:
+        """The attributes that the materials of a mesh, and of subsets of its faces, read."""
+        subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
+        bound = map(self.binding, [prim, *(subset.GetPrim() for subset in subsets)])
+        textures = [texture for each in bound if each for texture in each.material.textures]
+        return frozenset(texture.attribute for texture in textures)
+
     def display(self, prim: Any, base: Base) -> Display | None:
         """The display colour of a prim, or None if neither colour nor opacity is authored."""
         primvars = UsdGeom.PrimvarsAPI(prim)

@@ -36,7 +36,8 @@ class Primvars:
         materials: Iterable[Material | None],
     ) -> tuple[MeshAttribute, ...]:
         """The attributes of a mesh that is drawn in these materials."""
-        named = {t.attribute: None for m in materials if m is not None for t in m.textures}
+        textures = [texture for m in materials if m is not None for texture in m.textures]
+        named = {texture.attribute: None for texture in textures if texture.attribute}
         primvars = UsdGeom.PrimvarsAPI(prim)
         found = [self._normals(prim, surface)]
         for name in named:

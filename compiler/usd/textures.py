@@ -75,21 +75,25 @@ class Textures:
         return ""
 
     def _coordinates(self, shader: Any) -> tuple[str, FloatArray] | None:
-        """The attribute of the texture coordinates, and what they are multiplied by, `(3, 3)`."""
+        """The attribute of the texture coordinates, and what they are multiplied by, `(3, 3)`.
+
+        Coordinates that are the same everywhere have no attribute: they are a translation.
+        """
         matrix = np.eye(3)
-        port = shader.GetInput("st")
+        name = "st"
         for _ in range(TRANSFORMS):
+            port = shader.GetInput(name)
             sources = port.GetValueProducingAttributes() if port else ()
             if not sources or UsdShade.Input.IsInput(sources[0]):
-                return None
-            source = UsdShade.Shader(sources[0].GetPrim())
-            kind = source.GetShaderId() or ""
+                u, v = self._numbers(shader, name, (0.0, 0.0))
+                return "", matrix @ np.array([(1.0, 0.0, u), (0.0, 1.0, v), (0.0, 0.0, 1.0)])
+            shader, name = UsdShade.Shader(sources[0].GetPrim()), "in"
+            kind = shader.GetShaderId() or ""
             if kind.startswith("UsdPrimvarReader_"):
-                return self._text(source, "varname"), matrix
+                return self._text(shader, "varname"), matrix
             if kind != "UsdTransform2d":
                 return None
-            matrix = matrix @ self._transform(source)
-            port = source.GetInput("in")
+            matrix = matrix @ self._transform(shader)
         return None
 
     def _transform(self, shader: Any) -> FloatArray:

@@ -220,7 +220,8 @@ class Traversal:
             elif not prim.IsA(UsdGeom.Gprim):
                 return
         if inherited.visible and inherited.purpose in self._shown:
-            self._unused.check(prim, kind)
+            named = self.appearance.attributes(prim) if kind in ("Mesh", "TetMesh") else ()
+            self._unused.check(prim, kind, named)
         if visit.mode:
             self._draw_stand_in(visit, frame)
             return

@@ -6,7 +6,7 @@ own. A value that is the schema's fallback says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -192,9 +192,10 @@ class Unused:
         self._report = report
         self._meant: dict[tuple[str, ...], frozenset[str]] = {}
 
-    def check(self, prim: Any, kind: str) -> None:
+    def check(self, prim: Any, kind: str, named: Collection[str] = ()) -> None:
         """Report the unread attributes and relationships of one prim of a known type.
 
+        Primvars that the materials of a mesh have `named` are read, and so are its normals.
         A prim whose whole type is unknown here is reported once, as a whole.
         """
         read = _READ.get(kind)
@@ -207,7 +208,11 @@ class Unused:
         for name in self._meaningful(prim, kind):
             if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
                 continue
-            if name == "normals" and kind == "Mesh" and self._is_smooth(prim):
+            if name == "normals" and kind == "Mesh":
+                continue
+            if name == "primvars:normals" and kind == "Mesh" and not self._is_smooth(prim):
+                continue
+            if name.removeprefix("primvars:") in named:
                 continue
             if not self._says_something(prim, name):
                 continue

@@ -151,6 +151,16 @@ def test_a_transform_scales_then_turns_then_moves(tmp_path: Path) -> None:
     np.testing.assert_allclose(film.color[..., 0], expected / 255.0, atol=1e-5)
 
 
+def test_a_texture_without_coordinates_is_one_texel(tmp_path: Path) -> None:
+    """As Storm has it: at (0, 0), or where `st` says."""
+    write_image(tmp_path / "t.png", GREY)
+    for st, expected in (("", 20), ("float2 inputs:st = (0.875, 0.75)", 160)):
+        prim = glow(f"{FILE}\n{RAW}\n{CLAMP}\n{st}")
+        prim = prim.replace("float2 inputs:st.connect = </m/r.outputs:result>", "")
+        film = shown(tmp_path, prim, mesh(""), size=1)
+        np.testing.assert_allclose(film.color[0, 0, 0], expected / 255, atol=1e-5)
+
+
 def test_a_missing_picture_is_its_fallback_and_a_warning(tmp_path: Path) -> None:
     texture = f"{FILE}\nfloat4 inputs:fallback = (0.25, 0.5, 0.75, 1)"
     film = shown(tmp_path, glow(texture), mesh(), size=1)

@@ -221,10 +221,10 @@ def test_every_type_and_attribute_is_honoured_or_reported(
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1)]", "`normals` of `Mesh` prims"),
+        ("vector3f[] accelerations = [(0, 0, 1)]", "`accelerations` of `Mesh` prims"),
         ("vector3f[] velocities = [(0, 0, 1)]", "`velocities` of `Mesh` prims"),
         ("texCoord2f[] primvars:st = [(0, 1)]", "primvar `st`"),
-        ("normal3f[] primvars:normals = [(0, 0, 1)]", "primvar `normals`"),
+        ("float[] primvars:wear = [1]", "primvar `wear`"),
     ],
 )
 def test_equal_attributes_of_many_prims_are_one_line(
