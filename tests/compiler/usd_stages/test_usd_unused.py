@@ -21,7 +21,7 @@ LIGHTING = {
 MESH = {
     "cornerIndices", "cornerSharpnesses", "creaseIndices", "creaseLengths", "holeIndices",
     "creaseSharpnesses", "faceVertexCounts", "faceVertexIndices", "interpolateBoundary",
-    "points", "subdivisionScheme", "triangleSubdivisionRule",
+    "normals", "points", "subdivisionScheme", "triangleSubdivisionRule",
 }  # fmt: skip
 FALLBACK_MESH = {"faceVertexCounts", "faceVertexIndices", "points", "subdivisionScheme"}
 FRAME = {
