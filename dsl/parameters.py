@@ -25,7 +25,7 @@ from dsl.parser import parse
 from dsl.scene import Param, Plain
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
-from dsl.values import Angle, Color, Interval, List, Value, Vector, format_number, type_name
+from dsl.values import Angle, Color, Interval, List, Value, Vector, shown, type_name
 
 Setting: TypeAlias = float | bool | str | Sequence[float]
 """A value from outside: a sequence is a vector, or the linear components of a color."""
@@ -213,29 +213,6 @@ def _numbers(nodes: Iterable[ast.Expression]) -> tuple[float, ...] | None:
 
 def _number(value: Value) -> float:
     return value.degrees if isinstance(value, Angle) else cast("float", value)
-
-
-def shown(value: Value) -> str:
-    """A parameter's value as a literal of the language, or for a color its linear components."""
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case float():
-            return format_number(value)
-        case str():
-            return f'"{value[:80]}"'
-        case Angle(degrees):
-            return f"{format_number(degrees)}deg"
-        case Vector(components):
-            return f"({_joined(components)})"
-        case Color(components):
-            return f"rgb({_joined(components)})"
-        case _:
-            return type_name(value)
-
-
-def _joined(numbers: Iterable[float]) -> str:
-    return ", ".join(map(format_number, numbers))
 
 
 def _plain(value: Value) -> Plain:

@@ -24,17 +24,7 @@ from dsl.files import Files
 from dsl.lanes import Lanes, Sequential
 from dsl.parameters import Settings
 from dsl.spans import Source, Span
-from dsl.values import (
-    Angle,
-    Binding,
-    File,
-    Poison,
-    Scope,
-    Value,
-    Vector,
-    format_number,
-    type_name,
-)
+from dsl.values import Binding, File, Poison, Scope, Value, shown
 
 _Result = TypeVar("_Result")
 Steps = Generator[tuple[ast.Expression, Scope], Value, _Result]
@@ -213,20 +203,6 @@ def _label(entry: Context) -> Label:
         return entry
     node, values = entry
     pairs = zip(node.variables, values, strict=True)
-    words = ", ".join(f"{variable.name} = {_shown(value)}" for variable, value in pairs)
+    words = ", ".join(f"{variable.name} = {shown(value)}" for variable, value in pairs)
     first, last = node.variables[0].span, node.variables[-1].span
     return Label(Span(first.source, first.start, last.end), f"with {words}")
-
-
-def _shown(value: Value) -> str:
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case float():
-            return format_number(value)
-        case Angle(degrees):
-            return f"{format_number(degrees)}deg"
-        case Vector(components):
-            return f"({', '.join(map(format_number, components))})"
-        case _:
-            return type_name(value)

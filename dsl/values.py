@@ -268,3 +268,27 @@ def type_name(value: Value) -> str:
 def format_number(value: float) -> str:
     """The shortest text that reads back as the number."""
     return repr(int(value)) if value == int(value) and abs(value) < 1e16 else repr(value)
+
+
+def shown(value: Value, number: Callable[[float], str] = format_number) -> str:
+    """The value as a literal of the language, a color by its linear components; else its type.
+
+    `number` writes its numbers.
+    """
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return number(value)
+        case str():
+            return f'"{value[:80]}"'
+        case Angle(degrees):
+            return f"{number(degrees)}deg"
+        case Vector(components):
+            return f"({', '.join(map(number, components))})"
+        case Color(components):
+            return f"rgb({', '.join(map(number, components))})"
+        case Interval(start, end):
+            return f"{shown(start, number)}..{shown(end, number)}"
+        case _:
+            return type_name(value)

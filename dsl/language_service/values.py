@@ -13,7 +13,7 @@ from dsl.garbage import seldom_collecting
 from dsl.language_service.program import Program
 from dsl.language_service.project import Project
 from dsl.spans import Span
-from dsl.values import Angle, Color, Interval, Scope, Value, Vector, format_number
+from dsl.values import Angle, Color, Interval, Scope, Value, Vector, format_number, shown
 
 TYPING_LIMITS = replace(DEFAULT_LIMITS, steps=1_000_000)
 """A twentieth of what a render may take: a second or two."""
@@ -53,21 +53,9 @@ def evaluate_program(
 
 def shown_value(value: Value | None) -> str | None:
     """A number, angle, vector, color, interval or truth value as text; None for others."""
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case float():
-            return _number(value)
-        case Angle(degrees):
-            return f"{_number(degrees)}deg"
-        case Vector(components):
-            return f"({', '.join(map(_number, components))})"
-        case Color(components):
-            return f"rgb({', '.join(map(_number, components))})"
-        case Interval(start, end):
-            return f"{shown_value(start)}..{shown_value(end)}"
-        case _:
-            return None
+    if isinstance(value, float | bool | Angle | Vector | Color | Interval):
+        return shown(value, _number)
+    return None
 
 
 @dataclass(frozen=True, slots=True)
