@@ -45,7 +45,7 @@ format: install  ## Put Python and Rust into canonical form
 .PHONY: test
 test:  ## Set everything up and pass the tests
 	@start=$$SECONDS; $(MAKE) --no-print-directory install \
-	  && (cd $(KERNEL) && PROPTEST_RNG_SEED=1 cargo test --release --quiet) \
+	  && (cd $(KERNEL) && cargo test --release --quiet) \
 	  && $(RUN) pytest -n auto --quiet \
 	  && echo "tests passed; wall time $$((SECONDS - start)) s"
 

@@ -177,7 +177,7 @@ fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
         // The time within the feature's dilation; tubes aside.
         let span = Span::ball_or_line(cell.offset, cell.rate, cell.radius);
         let (near, far) = (middle + span.near, middle + span.far);
-        let meets = near.le(end) & far.ge(start) & near.le(far);
+        let meets = near.le(end) & far.gt(start) & near.le(far);
         let into = near.max(start);
         let within = meets & near.le(start);
         let out_of = L::select(within, far, start);
@@ -191,19 +191,14 @@ fn first_change<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>>(
         let tubes = running & cell.tube;
         if tubes.any() {
             let tube = cell.as_tube(ray);
-            let outside = tube.height(start).gt(L::zero());
-            let already = tubes & ((inside & outside) | !(inside | outside));
             let none = Span::line().only(L::Mask::none());
-            let (hit, t) = tube.first_crossing(
-                Span {
-                    near: start,
-                    far: end,
-                },
-                none,
-                tubes.and_not(already),
-            );
-            change = L::select(hit, t, L::select(already, start, change));
-            found = found | hit | already;
+            let stretch = Span {
+                near: start,
+                far: end,
+            };
+            let (hit, t) = tube.first_crossing(stretch, none, inside, tubes);
+            change = L::select(hit, t, change);
+            found = found | hit;
         }
         running = running.and_not(found) & end.lt(stretch.far) & end.lt(ray.t_max);
         start = end;

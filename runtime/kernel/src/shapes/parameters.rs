@@ -3,7 +3,7 @@ use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
 use super::ray_bevelled_box::BevelledBox;
-use super::ray_bevelled_cone::BevelledCone;
+use super::ray_bevelled_cone::{BevelledCone, core_radius};
 use super::ray_bevelled_cylinder::BevelledCylinder;
 use super::ray_bevelled_ring::BevelledRing;
 use super::ray_bevelled_wedge::BevelledWedge;
@@ -81,8 +81,7 @@ pub(super) fn bounds(kind: ShapeKind, parameters: &[f64]) -> Option<[[f64; 3]; 2
         (ShapeKind::Cylinder, &[r, y0, y1, _]) => round(r, y0, y1),
         (ShapeKind::Cone, &[r, h, bevel]) => {
             // The core's rim and apex, and the bevel around them.
-            let side = r.hypot(h);
-            let core = (r - bevel * (side + r) / h).max(0.0);
+            let core = core_radius(r, h, bevel);
             let shrink = core / r;
             round(
                 r.min(core + bevel),

@@ -13,13 +13,27 @@ use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
 use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
+use super::dop::difference_of_products;
 use super::ray_cone::Cone;
 use super::ray_lanes::{Intersect, RayLanes, Span};
+
+/// R = (r h − b (L + r))/h. A needle's is a small difference, and its apex h/r times that: so L has
+/// a second part, (r² + h² − L²)/2L.
+pub(super) fn core_radius(radius: f64, height: f64, bevel: f64) -> f64 {
+    let length = radius.hypot(height);
+    let beyond = difference_of_products(length, length, height, height);
+    let length_low = radius.mul_add(radius, -beyond) / (length + length);
+    let sum = length + radius;
+    let sum_low = (length - sum + radius) + length_low;
+    let room = difference_of_products(radius, height, bevel, sum);
+    (bevel.mul_add(-sum_low, room) / height).max(0.0)
+}
 
 /// A cone about the y axis with rounded rim and tip.
 #[derive(Clone, Debug)]
 pub struct BevelledCone<F> {
     plain: Cone<F>,
+    top: F,
     radius: F,
     base: F,
     apex: F,
@@ -33,12 +47,14 @@ impl<F: Scalar> BevelledCone<F> {
     pub(super) fn new(radius: f64, height: f64, bevel: f64) -> BevelledCone<F> {
         let length = radius.hypot(height);
         let (sin, cos) = (radius / length, height / length);
-        let core = (radius - bevel * (1.0 + sin) / cos).max(0.0);
+        let core = core_radius(radius, height, bevel);
+        let apex = bevel + core * height / radius;
         BevelledCone {
             plain: Cone::new(radius, height),
+            top: F::from_f64(apex + bevel),
             radius: F::from_f64(core),
             base: F::from_f64(bevel),
-            apex: F::from_f64(bevel + core * height / radius),
+            apex: F::from_f64(apex),
             slant: F::from_f64(core / sin),
             sin: F::from_f64(sin),
             cos: F::from_f64(cos),
@@ -71,9 +87,12 @@ impl<F: Scalar> Dilated<F> for BevelledCone<F> {
 
     #[inline(always)]
     fn plain<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
-        // A flat cone reaches far beyond its bevelled form: begin near that.
-        let rim = L::splat(self.radius) + L::splat(self.bevel);
-        self.plain.span(ray).and(Span::bar(ray.o, ray.d, rim))
+        // A flat cone and a needle reach far beyond their bevelled forms: begin near those.
+        let [rim, top] = L::splats([self.radius + self.bevel, self.top]);
+        self.plain
+            .span(ray)
+            .and(Span::bar(ray.o, ray.d, rim))
+            .and(Span::half_space(top - ray.o[1], -ray.d[1]))
     }
 
     #[inline(always)]

@@ -8,8 +8,10 @@
 //!
 //! the last as a product of sum and difference, its minors each a difference of products: the ray's
 //! moment does not change when the ray is slid, so nothing large cancels in it. Beforehand o is
-//! moved to the point of the ray nearest the middle of the axis. With Q = B + sign(B)√ the roots
-//! are −Q/A and −C/Q; the second stays finite where A → 0, a ray parallel to a generator.
+//! moved to the point of the ray nearest the apex: where a ray passes it closely both roots are
+//! next to that point, and counted from elsewhere they are differences of large numbers, divided by
+//! an A that may be small. With Q = B + sign(B)√ the roots are −Q/A and −C/Q; the second stays
+//! finite where A → 0, a ray parallel to a generator.
 //!
 //! The ray is in the lower nappe, Y ≥ 0: between the roots if A ≥ 0, and then they are both below
 //! the apex or both above; from the greater root on if A < 0 and the ray goes down; up to the
@@ -47,12 +49,12 @@ impl<F: Scalar> Cone<F> {
     #[inline(always)]
     pub(super) fn span<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
         let (h, k) = (L::splat(self.height), L::splat(self.slope));
-        let (zero, half, d) = (L::zero(), L::splat(F::from_f64(0.5)), ray.d);
+        let (zero, d) = (L::zero(), ray.d);
 
         // Slide the origin.
-        let from_middle = [ray.o[0], half.neg_mul_add(h, ray.o[1]), ray.o[2]];
+        let from_apex = [ray.o[0], ray.o[1] - h, ray.o[2]];
         let inverse = L::splat(F::ONE) / dot(d, d);
-        let slide = -(dot(from_middle, d) * inverse);
+        let slide = -(dot(from_apex, d) * inverse);
         let [x, y, z] = ray.at(slide);
         let [x, down, z] = [x, h - y, z];
         let [dx, d_down, dz] = [d[0], -d[1], d[2]];
@@ -67,7 +69,10 @@ impl<F: Scalar> Cone<F> {
         let m_around = k * m_x.mul_add(m_x, m_z * m_z).sqrt();
         let room = (m_around - m_y) * (m_around + m_y);
         let q = b + room.sqrt().copy_sign(b);
-        let (t0, t1) = (-(q / a), -(c / q));
+        // Through the apex itself, where the origin is now, Q = 0 and both roots are one.
+        let at_apex = q.eq(zero);
+        let t0 = -(q / a);
+        let t1 = L::select(at_apex, t0, -(c / q));
         let (least, most) = (t0.min(t1), t0.max(t1));
 
         // The stretch in the lower nappe.
@@ -79,7 +84,7 @@ impl<F: Scalar> Cone<F> {
             near: L::select(between, least, L::select(sinking, most, line.near)),
             far: L::select(between, most, L::select(sinking, line.far, least)),
         }
-        .only(room.ge(zero) & !q.eq(zero) & (below | !between));
+        .only(room.ge(zero) & (a.lt(zero) | !at_apex) & (below | !between));
         Span {
             near: nappe.near + slide,
             far: nappe.far + slide,

@@ -95,10 +95,20 @@ impl<L: Lanes> Tube<L> {
         (middle - width, middle + width)
     }
 
-    /// The first crossing strictly within a stretch, which is finite in active lanes. `hole` is known
-    /// to hold none.
+    /// The first time in a stretch, its ends included, at which rays that come to it `inside` of the
+    /// tube or outside are on the other side. The stretch is finite in active lanes; `hole` is
+    /// known to lie outside of the tube.
+    ///
+    /// What rays are told goes from piece to piece; g does not overrule it where one ends and the
+    /// next begins, so no root is lost between two of them.
     #[inline(always)]
-    pub fn first_crossing(&self, stretch: Span<L>, hole: Span<L>, active: L::Mask) -> (L::Mask, L) {
+    pub fn first_crossing(
+        &self,
+        stretch: Span<L>,
+        hole: Span<L>,
+        inside: L::Mask,
+        active: L::Mask,
+    ) -> (L::Mask, L) {
         let (first, second) = self.inflections();
         let ends = [first.min(stretch.far), second.min(stretch.far), stretch.far];
         let mut start = stretch.near;
@@ -111,8 +121,7 @@ impl<L: Lanes> Tube<L> {
             let far = L::select(hole.contains(end), hole.near, end);
             let here = open & near.lt(far);
             if here.any() {
-                let (hit, t) = self.newton(piece, near, far, here);
-                let hit = hit & stretch.near.lt(t);
+                let (hit, t) = self.newton(piece, near, far, inside, here);
                 crossing = L::select(hit, t, crossing);
                 found = found | hit;
                 open = open.and_not(hit);
@@ -122,27 +131,37 @@ impl<L: Lanes> Tube<L> {
         (found, crossing)
     }
 
-    /// The first root on a piece.
+    /// The first root on a piece, for rays that come to it `inside` or outside.
     #[inline(always)]
-    fn newton(&self, piece: Piece, near: L, far: L, active: L::Mask) -> (L::Mask, L) {
+    fn newton(
+        &self,
+        piece: Piece,
+        near: L,
+        far: L,
+        inside: L::Mask,
+        active: L::Mask,
+    ) -> (L::Mask, L) {
         let zero = L::zero();
         let two_eps = L::splat(L::Scalar::from_f64(2.0 * L::Scalar::EPS.to_f64()));
-        let sign = L::splat(L::Scalar::from_f64(if piece == Piece::Between {
-            -1.0
-        } else {
-            1.0
-        }));
-        let (at_near, _) = self.value_and_slope(near, piece);
+        let concave = piece == Piece::Between;
+        let sign = L::splat(L::Scalar::from_f64(if concave { -1.0 } else { 1.0 }));
+        let (at_near, slope_at_near) = self.value_and_slope(near, piece);
         let (at_far, _) = self.value_and_slope(far, piece);
-        let forward = active & (sign * at_near).gt(zero);
-        let backward = active.and_not(forward) & (sign * at_far).gt(zero);
+        // Where h is held to be positive at the start, the first root is on its way down, and at the
+        // start if h is less by rounding. Where it is held to be negative, it can only rise.
+        let falling =
+            active & (sign * slope_at_near).lt(zero) & if concave { inside } else { !inside };
+        let met = falling & (sign * at_near).le(zero);
+        let forward = falling.and_not(met);
+        let rising = active & if concave { !inside } else { inside };
+        let backward = rising & (sign * at_far).gt(zero);
         // A root is certain where the sign of h differs between low and high.
         let mut certain = backward | (forward & (sign * at_far).le(zero));
         let (mut low, mut high) = (near, far);
         let reach = self.major + self.minor;
-        let mut t = L::select(forward, near, far);
+        let mut t = L::select(backward, far, near);
         let mut running = forward | backward;
-        let mut found = L::Mask::none();
+        let mut found = met;
         let mut last = L::splat(L::Scalar::INFINITY);
         for _ in 0..STEPS {
             let (value, slope) = self.value_and_slope(t, piece);
@@ -231,7 +250,22 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
             return (active, slide);
         }
         let hole = Span::bar(o, d, major - wide).only(wide.lt(major));
-        let (found, t) = Tube { major, minor, o, d }.first_crossing(stretch, hole, active);
+        let tube = Tube { major, minor, o, d };
+        let mut inside = tube.height(stretch.near).le(L::zero());
+        let mut open = active;
+        let mut found = L::Mask::none();
+        let mut t = stretch.near;
+        // A ray that starts on the surface may be taken to be on the wrong side of it.
+        for _ in 0..2 {
+            let (crosses, crossing) = tube.first_crossing(stretch, hole, inside, open);
+            t = L::select(crosses, crossing, t);
+            open = crosses & crossing.le(stretch.near);
+            found = found | crosses.and_not(open);
+            if !open.any() {
+                break;
+            }
+            inside = !inside;
+        }
         let t = t + slide;
         (found & ray.accepts(t), t)
     }

@@ -40,6 +40,25 @@ fn wedge_seams(parameters: &[f64]) -> Vec<[f64; 3]> {
     points
 }
 
+/// Points on the circles where the ring's patches meet.
+fn ring_seams(parameters: &[f64]) -> Vec<[f64; 3]> {
+    let [r0, r1, y0, y1, b] = *parameters else {
+        panic!("not a ring")
+    };
+    let turns = (0..12).map(|i| 29.0 * f64::from(i));
+    let circles = [
+        (r0, y0 + b),
+        (r0 + b, y0),
+        (r0 + b, y1),
+        (r1, y1 - b),
+        (r1 - b, y1),
+        (r1 - b, y0),
+    ];
+    turns
+        .flat_map(|phi| circles.map(|(rho, y)| polar(rho, phi, y)))
+        .collect()
+}
+
 fn box_seams(parameters: &[f64]) -> Vec<[f64; 3]> {
     let [x0, y0, z0, x1, y1, z1, b] = *parameters else {
         panic!("not a box")
@@ -112,6 +131,17 @@ proptest! {
         let seams = wedge_seams(&parameters);
         check::<f32>(ShapeKind::Wedge, &parameters, &seams, &from);
         check::<f64>(ShapeKind::Wedge, &parameters, &seams, &from);
+    }
+
+    #[test]
+    fn rings_have_no_cracks(
+        r0 in 0.2..3.0, wall in 0.1..2.0, height in 0.1..2.0, share in 0.0..1.0, from in directions(),
+    ) {
+        let (r0, wall, height): (f64, f64, f64) = (r0, wall, height);
+        let parameters = [r0, r0 + wall, 0.0, height, 0.5 * share * wall.min(height)];
+        let seams = ring_seams(&parameters);
+        check::<f32>(ShapeKind::Ring, &parameters, &seams, &from);
+        check::<f64>(ShapeKind::Ring, &parameters, &seams, &from);
     }
 
     #[test]

@@ -119,3 +119,23 @@ fn single_precision_is_exact_to_a_few_units() {
     }
     assert!(failures.is_empty(), "{failures:#?}");
 }
+
+#[test]
+fn single_precision_is_exact_near_the_tips_of_cones() {
+    let parameters = [0.9, 1.35, 0.0];
+    let single = Shape::<f32>::new(ShapeKind::Cone, &parameters).unwrap();
+    let double = Shape::<f64>::new(ShapeKind::Cone, &parameters).unwrap();
+    let mut numbers = Numbers(11);
+    let rays: Vec<Ray> = (0..20_000)
+        .map(|i| {
+            let near = numbers.point([1e-1, 1e-2, 1e-3, 1e-4][i % 4]);
+            let d = numbers.point(1.0);
+            let o = [near[0] - d[0], near[1] + 1.35 - d[1], near[2] - d[2]];
+            Ray::new(o.map(|x| f64::from(x as f32)), d)
+        })
+        .collect();
+    let (units, _) = units(&single, &double, &rays);
+    let (median, worst) = (units[units.len() / 2], units[units.len() - 1]);
+    println!("tip: {} {median} {worst}", units.len());
+    assert!(units.len() > 5000 && median < 1.0 && worst < 16.0);
+}
