@@ -159,10 +159,9 @@ class _Compressor:
                 return self.batch(run, node)
             if node.transform.steps:
                 transform = node.transform if count is None else _first_lane(node.transform)
-                run = run._replace(
-                    transforms=_Link(transform, run.transforms),
-                    length=run.length + len(transform.steps),
-                )
+                length = run.length + len(transform.steps)
+                transforms = _Link(transform, run.transforms)
+                run = _Run(run.target, transforms, length, run.material, run.segments)
             if count == 1 and node.origin:
                 index = int(node.indices[0]) if node.indices is not None else 0
                 return self.with_segment(run, replace(node.origin, index=index))
@@ -177,9 +176,8 @@ class _Compressor:
         if origin is None or not (origin.label or (run.target >= 0 and run.segments is None)):
             return run
         index = -1 if origin.index is None else origin.index
-        return run._replace(
-            segments=_Link(Segment(self.origins.index(origin), index), run.segments)
-        )
+        segments = _Link(Segment(self.origins.index(origin), index), run.segments)
+        return _Run(run.target, run.transforms, run.length, run.material, segments)
 
     def edge(self, run: _Run) -> Edge:
         """The finished edge of a run that holds no batch."""

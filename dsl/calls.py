@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -57,7 +57,8 @@ def assign(
     name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: Form
 ) -> dict[str, Given]:
     """The argument for each parameter that has one; faults for those that fit nowhere."""
-    if len(given) <= len(parameters) and all(item.argument.name is None for item in given):
+    named = bool(given) and given[-1].argument.name is not None  # those without a name come first
+    if len(given) <= len(parameters) and not named:
         return dict(zip(parameters, given, strict=False))
     taken: dict[str, Given] = {}
     positional = [item for item in given if item.argument.name is None]
@@ -101,10 +102,12 @@ def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
 
 def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     """Convert the arguments and call; Fault if they do not fit, Poisoned if one is faulty."""
-    if any(item.value is POISON for item in given):
-        raise Poisoned
-    signature = _choose(builtin, tuple([item.argument.name for item in given]))
-    names = [parameter.name for parameter in signature.parameters]
+    words = []
+    for item in given:
+        if item.value is POISON:
+            raise Poisoned
+        words.append(item.argument.name)
+    signature, names = _choose(builtin, tuple(words))
     rest: list[Given] = []
     if signature.rest is not None:
         count = sum(item.argument.name is None for item in given)
@@ -120,11 +123,13 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
     taken = assign(builtin.name, names, given, site.span, form)
     values: list[Any] = []
     for parameter in signature.parameters:
-        if (item := taken.get(parameter.name)) is not None:
-            site.expressions[parameter.name] = item.argument.value
-            values.append(
-                _convert(parameter, item, form if _may_be_misplaced(builtin, item) else None)
-            )
+        if (found := taken.get(parameter.name)) is not None:
+            site.expressions[parameter.name] = found.argument.value
+            value = parameter.kind.convert(found.value)
+            if value is None:
+                help = form if _may_be_misplaced(builtin, found) else None
+                raise _unfit(parameter, found, help)
+            values.append(value)
         elif parameter.required:
             raise Fault(
                 "type-missing-argument",
@@ -135,8 +140,7 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
         else:
             values.append(parameter.default)
     if signature.rest is not None:
-        extra = Parameter(builtin.name, signature.rest)
-        values.append(tuple(_convert(extra, item, None, "an argument of ") for item in rest))
+        values.append(tuple(_rest(Parameter(builtin.name, signature.rest), rest)))
     if signature.lanes or not any(map(varies, values)):
         result: Value = signature.function(site, *values)
         return result
@@ -167,25 +171,39 @@ def _check_together(builtin: Builtin, names: Sequence[str], given: Sequence[Give
                 )
 
 
-def _convert(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Any:
-    """The argument's Python value; `form` helps where there is more than one way to call."""
-    value = parameter.kind.convert(item.value)
-    if value is None:
-        subject = f"{of}`{parameter.name}`"
-        fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
-        if parameter.kind is VECTOR3 and isinstance(item.value, float) and item.argument.name:
-            word = source_text(item.argument.value.span)[:20]
-            help = f"a vector has brackets of its own: `({word}, {word}, {word})`"
-            fault.diagnostic = replace(fault.diagnostic, help=help)
-        if fault.diagnostic.help is None and form is not None:
-            fault.diagnostic = replace(fault.diagnostic, help=form())
-        raise fault
-    return value
+def _rest(parameter: Parameter, given: Sequence[Given]) -> Iterator[Any]:
+    """The Python values of arguments beyond the parameters."""
+    for item in given:
+        value = parameter.kind.convert(item.value)
+        if value is None:
+            raise _unfit(parameter, item, None, "an argument of ")
+        yield value
+
+
+def _unfit(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Fault:
+    """The fault of an argument of another kind; `form` helps where there are more ways to call."""
+    subject = f"{of}`{parameter.name}`"
+    fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
+    if parameter.kind is VECTOR3 and isinstance(item.value, float) and item.argument.name:
+        word = source_text(item.argument.value.span)[:20]
+        help = f"a vector has brackets of its own: `({word}, {word}, {word})`"
+        fault.diagnostic = replace(fault.diagnostic, help=help)
+    if fault.diagnostic.help is None and form is not None:
+        fault.diagnostic = replace(fault.diagnostic, help=form())
+    return fault
 
 
 @lru_cache(maxsize=1024)
-def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:
-    """The first signature that arguments with these names, or without, fit; else the nearest."""
+def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> tuple[Signature, list[str]]:
+    """The first signature that arguments with these names, or without, fit; else the nearest.
+
+    With it the names of its parameters.
+    """
+    signature = _fitting(builtin, given)
+    return signature, [parameter.name for parameter in signature.parameters]
+
+
+def _fitting(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:
     if len(builtin.signatures) == 1:
         return builtin.signatures[0]
     words = {name for name in given if name is not None}

@@ -7,7 +7,7 @@ from dsl.calls import Given, Site, assign, call_builtin
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
-from dsl.run import Run, Steps, Task
+from dsl.run import LEAVES, Run, Steps, Task
 from dsl.spans import Span
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
@@ -28,7 +28,10 @@ from dsl.values import (
 
 def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
     """A base with its suffixes in reading order; neighbouring maps of an object become one node."""
-    value = yield node.base, scope
+    if type(node.base) in LEAVES:
+        value = run.leaf(node.base, scope)
+    else:
+        value = yield node.base, scope
     name = node.base.name if isinstance(node.base, ast.Name) else "this"
     steps: list[scene.Step] | None = None  # maps that are not yet applied to the value
     suffixes = iter(zip(node.suffixes, (*node.suffixes[1:], None), strict=True))
@@ -93,9 +96,8 @@ def _arguments(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Given]]:
     given = []
     for argument in call.arguments:
         value: Value
-        if type(argument.value) is ast.Number:
-            run.step(argument.value)
-            value = argument.value.value
+        if type(argument.value) in LEAVES:
+            value = run.leaf(argument.value, scope)
         else:
             value = yield argument.value, scope
         given.append(Given(argument, value))

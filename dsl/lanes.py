@@ -24,6 +24,8 @@ from dsl.values import Angle, Choice, Color, Interval, List, Object, Objects, Pa
 FEWEST = 32
 """Loops of fewer iterations are evaluated one by one: that is as fast."""
 
+_SINGLE = frozenset((float, bool, str, type(None)))
+
 
 class Sequential(Exception):
     """The iterations of a loop have to be evaluated one after the other."""
@@ -67,9 +69,9 @@ class Lanes:
 
 def varies(value: Any) -> bool:
     """Whether a value has lanes."""
+    if type(value) in _SINGLE:
+        return False
     match value:
-        case float() | bool() | str() | None:
-            return False
         case np.ndarray() | Truths() | Choice() | Objects():
             return True
         case Angle(degrees):
@@ -339,9 +341,9 @@ def _of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.St
 
 def stacked(values: Sequence[Any]) -> FloatArray:
     """The values of a step, `(k,)`, or `(n, k)` where one of them has lanes."""
-    count = next((len(value) for value in values if isinstance(value, np.ndarray)), None)
-    if count is None:
+    if not any(map(varies, values)):
         return np.array(values, dtype=np.float64)
+    count = next(len(value) for value in values if isinstance(value, np.ndarray))
     rows = np.empty((count, len(values)))
     for column, value in enumerate(values):
         rows[:, column] = value

@@ -187,6 +187,8 @@ class _Resolver:
 
     def expression(self, node: ast.Expression, frame: _Frame) -> None:
         match node:
+            case ast.Number():
+                pass
             case ast.Name():
                 self.use(node, frame)
             case ast.Block():

@@ -37,6 +37,10 @@ Context = Label | tuple[ast.For, tuple[Value, ...]]
 _NodeOfScene = TypeVar("_NodeOfScene", bound=scene.Node)
 
 
+LEAVES = frozenset(
+    (ast.Number, ast.AngleLiteral, ast.Boolean, ast.String, ast.ColorLiteral, ast.Name)
+)
+"""Expressions without others in them: their handlers return the value."""
 _LANES_PER_STEP = 8
 """An expression evaluated in so many lanes counts as a step."""
 _FAULT_STEPS = 500
@@ -129,11 +133,12 @@ class Run:
                 stack.append(value)
                 value = None
 
-    def step(self, expression: ast.Expression) -> None:
-        """Count an expression that is evaluated without the driver."""
+    def leaf(self, expression: ast.Expression, scope: Scope) -> Value:
+        """The value of an expression of one of the `LEAVES`, without the driver."""
         self._steps += self._cost
         if self._steps > self.limits.steps:
             self.spend(0, expression.span)
+        return cast("Value", self.handlers[type(expression)](self, expression, scope))
 
     def spend(self, steps: int, span: Span) -> None:
         """Count steps beyond the one of each expression: a loop's iterations, a copy's items."""

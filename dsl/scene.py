@@ -83,7 +83,10 @@ class Transform:
     @property
     def count(self) -> int | None:
         """The batch size n, or None for a single transform."""
-        return next((len(s.values) for s in self.steps if s.values.ndim == 2), None)
+        for step in self.steps:
+            if step.values.ndim == 2:
+                return len(step.values)
+        return None
 
     def inverted(self) -> Transform:
         """The exact inverse: the steps in reverse order, each inverted."""

@@ -14,8 +14,10 @@ _Pair = tuple[float, float]
 
 def _shape(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
     """The shape, if its parameters satisfy its inequalities."""
-    parameters = within_rounding(kind, parameters)
     broken = broken_limit(kind, parameters)
+    if broken is not None:
+        parameters = within_rounding(kind, parameters)
+        broken = broken_limit(kind, parameters)
     if broken is not None:
         arguments = (
             word for name in broken.parameters for word in (name, *_ARGUMENTS.get(name, ()))

@@ -33,10 +33,11 @@ from dsl.values import (
     Builtin,
     Closure,
     File,
+    InScene,
     Interval,
     List,
-    Object,
     Objects,
+    Placeable,
     Scope,
     Value,
     Vector,
@@ -160,11 +161,15 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
                     value = yield from _emitted(run, statement, scope, grouped)
         except (Fault, Poisoned) as fault:
             run.record(fault)
-        if isinstance(statement, ast.Let | ast.Use | ast.Param):
+        if isinstance(statement, _Evaluated):
             scope.values[run.definitions[statement]] = value
         elif not isinstance(statement, ast.Function):
             emitted.append(value)
     return emitted
+
+
+_Evaluated = ast.Let | ast.Use | ast.Param
+"""Definitions that name a value when they are reached."""
 
 
 def _param(run: Run, statement: ast.Param, scope: Scope) -> Task:
@@ -221,18 +226,18 @@ def _use(run: Run, statement: ast.Use) -> Task:
 
 def _emitted(run: Run, statement: ast.Expression, scope: Scope, grouped: bool) -> Task:
     """The value of an expression statement; in a group it must be a scene value."""
-    if isinstance(statement, ast.If | ast.Block):
+    if isinstance(statement, (ast.If, ast.Block)):
         # What they contain is emitted there, with the same index.
         value = yield statement, scope
     else:
         value = yield statement, scope.inside()
-        if isinstance(value, Object | Objects):
+        if isinstance(value, Placeable):
             value = _labelled(run, value, statement, scope)
         if scope.index == EVERY and isinstance(value, scene.Node):
             raise Sequential  # it is the same in every iteration and has no name
     if value is POISON:
         raise Poisoned
-    if grouped and not isinstance(value, scene.Node | Objects):
+    if grouped and not isinstance(value, InScene):
         raise no_scene_value(value, statement)
     return value
 

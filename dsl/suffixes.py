@@ -23,10 +23,12 @@ from dsl.values import (
     Closure,
     Color,
     File,
+    InScene,
     Interval,
     List,
     Object,
     Objects,
+    Placeable,
     Value,
     Vector,
     format_number,
@@ -36,7 +38,7 @@ from dsl.values import (
 
 def movable(value: Value) -> bool:
     """Whether the suffix calls of `PLACE` apply: to objects, lights and cameras."""
-    return isinstance(value, scene.Node | Objects) and not isinstance(value, scene.Settings)
+    return isinstance(value, InScene) and not isinstance(value, scene.Settings)
 
 
 def field(value: Value, member: ast.Member) -> Value:
@@ -120,7 +122,7 @@ def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: 
             )
         return value.inverted()
     builtin = {"material": BIND, "override": OVERRIDE}.get(member.name)
-    if builtin is not None and isinstance(value, Object | Objects):
+    if builtin is not None and isinstance(value, Placeable):
         material = call_builtin(builtin, given, site)
         if isinstance(value, Objects) or isinstance(material, Choice):
             return bound(value, material, member.name == "override", site.span)

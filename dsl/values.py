@@ -235,6 +235,9 @@ Value = (
 
 Object = scene.Shape | scene.Mesh | scene.File | scene.Group | scene.Instances | scene.Bind
 """What can be placed and have a material."""
+Placeable = Object | Objects
+InScene = scene.Node | Objects
+"""What a scene can contain, in every lane or the same in all."""
 
 _NAMES: dict[type, str] = {
     float: "a number",
