@@ -81,7 +81,10 @@ class Hits:
 
     @property
     def normal(self) -> FloatArray:
-        """(n, 3) world space, unit, geometric, outward; not flipped towards the ray."""
+        """(n, 3) world space, unit, outward; not flipped towards the ray.
+
+        Geometric, whatever normals a mesh is shaded with in pictures.
+        """
         return self._surface.normal
 
     @property
