@@ -51,6 +51,7 @@ def measured(given: argparse.Namespace) -> Iterator[Figure]:
     if "frames" in given.parts:
         for precision in precisions:
             yield from frames.measure(precision, threads, repeat)
+        yield from frames.processes(repeat)
     if "growth" in given.parts:
         yield from growth.measure(precisions[0], threads, given.largest)
 

@@ -1,9 +1,15 @@
-"""Pictures from the IR on, the first call included: build, trace and shade."""
+"""Pictures from the IR on, the first call included; and whole processes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -48,7 +54,11 @@ def frames() -> tuple[Frame, ...]:
 
 
 def measure(precision: Precision, threads: int, repeat: int) -> Iterator[Figure]:
-    """Seconds per picture, ours and Embree's, which takes one camera sample per pixel."""
+    """Seconds per picture, ours and Embree's.
+
+    Embree's driver takes one camera sample per pixel: of 16 samples it makes four times the columns
+    and rows, of occlusion rays one sample with all of them where ours takes 16.
+    """
     for frame in frames():
         ir = frame.ir()
         best = np.inf
@@ -58,9 +68,11 @@ def measure(precision: Precision, threads: int, repeat: int) -> Iterator[Figure]
         work = f"{frame.occlusion} occlusion" if frame.occlusion else f"{frame.samples} sample(s)"
         ratio = None
         theirs: list[Figure] = []
-        if embree.driver() is not None and frame.samples == 1:
+        if embree.driver() is not None:
             peer = embree.Embree(compiled(frame.peer))
-            seconds, mean = peer.frame(frame.view, SUN, frame.occlusion, threads, repeat)
+            finer = math.isqrt(frame.samples)
+            view = frame.view.resized(frame.view.width * finer, frame.view.height * finer)
+            seconds, mean = peer.frame(view, SUN, frame.occlusion, threads, repeat)
             seconds += peer.build / threads
             if frame.occlusion:
                 ours = film.color[..., 0] + (1 - film.color[..., 3])
@@ -69,6 +81,54 @@ def measure(precision: Precision, threads: int, repeat: int) -> Iterator[Figure]
             theirs = [Figure(frame.name, work, "embree", threads, seconds, "s")]
         yield Figure(frame.name, work, f"ovolo {precision}", threads, best, "s", ratio)
         yield from theirs
+
+
+def processes(repeat: int) -> Iterator[Figure]:
+    """CPU seconds from start to exit: a program becomes a PNG on one thread, Embree's nothing."""
+    turn = "sphere().scale(1, 4, 1).translate(0, 10, 0).rotate_z(22.5deg * i).rotate_x(22.5deg * j)"
+    view = scenes.S1_VIEW
+    program = (
+        f"settings(width: {view.width}, height: {view.height}, samples: 1)\n"
+        f"camera(from: {view.eye}, at: {view.at}, fov: {view.fov}deg)\n"
+        f"sun(direction: {tuple(-float(x) for x in SUN)})\n"
+        f"for i in 0..16, j in 0..16 {{ {turn} }}\n"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "ellipsoids.ovo"
+        source.write_text(program)
+        command = [
+            sys.executable,
+            "-m",
+            "ovolo",
+            "render",
+            str(source),
+            "--quiet",
+            "--threads",
+            "1",
+        ]
+        command += ["-o", str(source.with_suffix(".png"))]
+        ours = _child_seconds(lambda: subprocess.run(command, check=True), repeat)
+    ratio = None
+    theirs: list[Figure] = []
+    if embree.driver() is not None:
+        peer = embree.Embree(compiled(scenes.ellipsoids()))
+        seconds = _child_seconds(lambda: peer.process(view, SUN), repeat)
+        ratio = seconds / ours
+        theirs = [Figure("ellipsoids", "whole process", "embree", 1, seconds, "s")]
+    yield Figure("ellipsoids", "whole process", "ovolo float32", 1, ours, "s", ratio)
+    yield from theirs
+
+
+def _child_seconds(run: Callable[[], object], repeat: int) -> float:
+    """The least CPU seconds of the processes that `run` starts and waits for."""
+    best = math.inf
+    for _ in range(repeat):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        run()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        best = min(best, used)
+    return best
 
 
 def _picture(frame: Frame, ir: SceneIR, precision: Precision, threads: int) -> Film:

@@ -19,6 +19,8 @@ FORMATS = {"png": "png", "jpg": "jpeg", "jpeg": "jpeg", "exr": "exr"}
 """Formats by extension."""
 
 JPEG_QUALITY = 95
+PNG_LEVEL = 4
+"""Of zlib: half the time of its default, 6, for a tenth more bytes."""
 
 
 class ImageError(ValueError):
@@ -130,7 +132,8 @@ class Film:
                 pixels = self.pixels
                 covered = bool((pixels[..., 3] == 255).all())
                 part = _Part("RGB", pixels[..., :3]) if covered else _Part("RGBA", pixels)
-                _write_parts(path, [part], {"oiio:UnassociatedAlpha": 1})
+                compression = {"png:compressionLevel": PNG_LEVEL}
+                _write_parts(path, [part], {"oiio:UnassociatedAlpha": 1, **compression})
             case "jpeg":
                 pixels = _bytes(self._screen(self.color[..., :3]))
                 _write_parts(path, [_Part("RGB", pixels)], {"compression": f"jpeg:{JPEG_QUALITY}"})

@@ -90,12 +90,20 @@ class Embree:
 
         The build does not count. `occlusion` rays per pixel, or a shadow ray to the sun if 0.
         """
-        middle, right, up = view.frame()
-        numbers = [view.eye, middle, right, up, sun, (view.width, view.height, occlusion)]
-        self._write("rays", np.concatenate([np.array(n, float) for n in numbers]), np.float32)
+        self._write_view(view, sun, occlusion)
         lines = self._run("frame", threads, repeat)
         best = min(lines, key=lambda line: float(line["seconds"]))
         return float(best["seconds"]), float(best["sum"]) / (view.width * view.height)
+
+    def process(self, view: View, sun: FloatArray) -> None:
+        """Makes a picture with shadow rays, 16 pixels wide, in a process that does nothing else."""
+        self._write_view(view, sun, 0)
+        self._run("once", 1, 1)
+
+    def _write_view(self, view: View, sun: FloatArray, occlusion: int) -> None:
+        middle, right, up = view.frame()
+        numbers = [view.eye, middle, right, up, sun, (view.width, view.height, occlusion)]
+        self._write("rays", np.concatenate([np.array(n, float) for n in numbers]), np.float32)
 
     def _write(self, name: str, array: NDArray[Any], dtype: type[np.generic]) -> None:
         (self._path / name).write_bytes(np.ascontiguousarray(array, dtype).tobytes())

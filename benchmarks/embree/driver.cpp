@@ -1,6 +1,6 @@
 // Embree on the scenes of our benchmarks: `driver scene threads repeat rays FILE` or
 // `driver scene threads repeat frame FILE`. Prints a JSON object a line: the build, then a
-// measurement of each packet width and query.
+// measurement of each packet width and query. `once` in place of `frame` is 16 wide only.
 //
 // `scene` is a text file beside the arrays it names, one object or placement a line:
 //   sphere                          the unit sphere, as user geometry
@@ -194,17 +194,17 @@ template <int N> static void measure(RTCScene scene, int threads, int repeat, bo
 }
 
 int main(int count, char** words) {
-    if (count != 6) { fprintf(stderr, "driver scene threads repeat rays|frame FILE\n"); return 2; }
+    if (count != 6) { fprintf(stderr, "driver scene threads repeat rays|frame|once FILE\n"); return 2; }
     std::string path = words[1];
     folder = path.substr(0, path.rfind('/') + 1);
     int threads = atoi(words[2]), repeat = atoi(words[3]);
-    bool frame = !strcmp(words[4], "frame");
+    bool once = !strcmp(words[4], "once"), frame = once || !strcmp(words[4], "frame");
     RTCDevice device = rtcNewDevice(("threads=" + std::to_string(threads)).c_str());
     double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
     RTCScene scene = build(device, path);
     printf("{\"build\": %.6f}\n", seconds(CLOCK_PROCESS_CPUTIME_ID) - start);
     auto input = read<float>(words[5]);
-    measure<8>(scene, threads, repeat, frame, input);
+    if (!once) measure<8>(scene, threads, repeat, frame, input);
     measure<16>(scene, threads, repeat, frame, input);
     if (!frame) measure<1>(scene, threads, repeat, frame, input);
     return rtcGetDeviceError(device) == RTC_ERROR_NONE ? 0 : 1;
