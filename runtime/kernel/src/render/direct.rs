@@ -64,15 +64,14 @@ impl Direct {
                 throughput,
                 depth,
             } = self.paths[index];
-            let hit = samples.hits[index];
-            if hit.instance < 0 {
+            if samples.hits[index].instance < 0 {
                 if let Some(background) = frame.lights.background {
                     samples.radiance[slot] += background * throughput;
                     samples.alpha[slot] = 1.0;
                 }
                 continue;
             }
-            let ray = samples.rays[index];
+            let (ray, hit) = (samples.rays[index], samples.hits[index]);
             let constant = frame.material(&hit);
             let shading = frame
                 .detail

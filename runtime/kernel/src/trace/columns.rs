@@ -136,7 +136,7 @@ impl<I: Isa> RayColumns<I> {
     #[inline(always)]
     pub fn are_coherent(&self, space: &NormalSpace) -> bool {
         /// Largest difference of a direction's components, the largest component being one.
-        const DIRECTION_SPREAD: f32 = 0.1875;
+        const DIRECTION_SPREAD: f32 = 0.5;
         /// Largest difference of an origin's components in normalised space of the root.
         const ORIGIN_SPREAD: f64 = 1.0;
         let spread = I::F64::splat(ORIGIN_SPREAD / space.scale);
