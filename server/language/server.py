@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from typing import Any
 
@@ -23,6 +24,7 @@ from server.language.documents import position, range_in
 from server.language.session import OvoloServer
 
 _REQUEST_FAILED = int(lsp.LSPErrorCodes.RequestFailed)
+_CONTENT_MODIFIED = int(lsp.LSPErrorCodes.ContentModified)
 
 
 def make_server(version: str) -> OvoloServer:
@@ -160,11 +162,14 @@ def _folding(server: OvoloServer, params: lsp.FoldingRangeParams) -> list[lsp.Fo
     return [lsp.FoldingRange(each.first, each.last, kind=each.kind) for each in found]
 
 
-def _formatting(
+async def _formatting(
     server: OvoloServer, params: lsp.DocumentFormattingParams
 ) -> list[lsp.TextEdit] | None:
     document = server.documents.open[params.text_document.uri]
-    text, _ = format_source(Source(document.path, document.text))
+    source = Source(document.path, document.text)
+    text, _ = await asyncio.to_thread(format_source, source)  # a long one takes seconds
+    if server.documents.open.get(document.uri) is not document:
+        raise JsonRpcException("the document has changed", _CONTENT_MODIFIED)
     return None if text is None else answers.replacement(document.lines, text)
 
 
