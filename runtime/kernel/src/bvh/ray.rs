@@ -33,6 +33,18 @@ const MARGIN: f32 = 1.0 / (1u32 << 19) as f32;
 /// 2⁻⁹⁶.
 const LEAST_DIRECTION: f32 = 1.262_177_4e-29;
 
+impl NodeRay<f32> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub fn in_lanes<L: Lanes<Scalar = f32>>(&self) -> NodeRay<L> {
+        NodeRay {
+            inverse: L::splats(self.inverse),
+            near: L::splats(self.near),
+            far: L::splats(self.far),
+        }
+    }
+}
+
 impl<L: Lanes<Scalar = f32>> NodeRay<L> {
     /// From the origin and the direction in the tree's space.
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! AVX2 and FMA: 8 f32 or 4 f64, masks as vectors of all-ones or all-zeros lanes.
+//! AVX2 and FMA: 8 or 4 f32 or 4 f64, masks as vectors of all-ones or all-zeros lanes.
 use std::arch::x86_64::*;
 
 use super::{InstructionSet, Isa, Lanes, Mask, Task, operators};
@@ -10,7 +10,8 @@ macro_rules! lanes {
         $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
         $min:ident $max:ident $and:ident $or:ident $and_not:ident $xor:ident $compare:ident
         $blend:ident $bits:ident $from_integers:ident;
-        $splat_integer:ident $to_integers:ident $sub_integers:ident $equal:ident $powers:expr
+        $splat_integer:ident $to_integers:ident $and_integers:ident $sub_integers:ident $equal:ident
+        $powers:expr
     ) => {
         #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
         #[derive(Clone, Copy)]
@@ -93,7 +94,7 @@ macro_rules! lanes {
                     let minuend = $splat_integer($scalar::UNIT_SCALE_BITS as _);
                     $from_integers($sub_integers(
                         minuend,
-                        _mm256_and_si256($to_integers(self.0), exponent),
+                        $and_integers($to_integers(self.0), exponent),
                     ))
                 })
             }
@@ -139,7 +140,7 @@ macro_rules! lanes {
                 // SAFETY: as above.
                 $mask(unsafe {
                     let powers = $powers;
-                    let set = _mm256_and_si256($splat_integer(bits as _), powers);
+                    let set = $and_integers($splat_integer(bits as _), powers);
                     $from_integers($equal(set, powers))
                 })
             }
@@ -162,7 +163,7 @@ lanes! {
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_sqrt_ps
     _mm256_min_ps _mm256_max_ps _mm256_and_ps _mm256_or_ps _mm256_andnot_ps _mm256_xor_ps
     _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_castsi256_ps;
-    _mm256_set1_epi32 _mm256_castps_si256 _mm256_sub_epi32 _mm256_cmpeq_epi32
+    _mm256_set1_epi32 _mm256_castps_si256 _mm256_and_si256 _mm256_sub_epi32 _mm256_cmpeq_epi32
     _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)
 }
 operators!(F32x8: Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps);
@@ -173,11 +174,22 @@ lanes! {
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_sqrt_pd
     _mm256_min_pd _mm256_max_pd _mm256_and_pd _mm256_or_pd _mm256_andnot_pd _mm256_xor_pd
     _mm256_cmp_pd _mm256_blendv_pd _mm256_movemask_pd _mm256_castsi256_pd;
-    _mm256_set1_epi64x _mm256_castpd_si256 _mm256_sub_epi64 _mm256_cmpeq_epi64
+    _mm256_set1_epi64x _mm256_castpd_si256 _mm256_and_si256 _mm256_sub_epi64 _mm256_cmpeq_epi64
     _mm256_setr_epi64x(1, 2, 4, 8)
 }
 operators!(F64x4: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
 operators!(MaskF64: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd);
+
+lanes! {
+    F32x4(__m128) of 4 f32, MaskF32x4;
+    _mm_set1_ps _mm_loadu_ps _mm_storeu_ps _mm_fmadd_ps _mm_fnmadd_ps _mm_sqrt_ps
+    _mm_min_ps _mm_max_ps _mm_and_ps _mm_or_ps _mm_andnot_ps _mm_xor_ps
+    _mm_cmp_ps _mm_blendv_ps _mm_movemask_ps _mm_castsi128_ps;
+    _mm_set1_epi32 _mm_castps_si128 _mm_and_si128 _mm_sub_epi32 _mm_cmpeq_epi32
+    _mm_setr_epi32(1, 2, 4, 8)
+}
+operators!(F32x4: Add add _mm_add_ps, Sub sub _mm_sub_ps, Mul mul _mm_mul_ps, Div div _mm_div_ps);
+operators!(MaskF32x4: BitAnd bitand _mm_and_ps, BitOr bitor _mm_or_ps);
 
 /// The set.
 #[derive(Clone, Copy)]
@@ -188,6 +200,8 @@ impl Isa for Avx2 {
     type F32 = F32x8;
     type F64 = F64x4;
     type F32UpTo8 = F32x8;
+    type F32x4 = F32x4;
+    type F64UpTo4 = F64x4;
 
     #[inline(always)]
     fn narrow(low: F64x4, high: F64x4) -> F32x8 {

@@ -76,6 +76,22 @@ pub trait Lanes:
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the first `WIDTH` numbers of a slice. Panics if it is shorter.
     fn store(self, to: &mut [Self::Scalar]);
+    /// Writes the lanes that the mask has to the front of a slice, and whatever to what follows of
+    /// the first `WIDTH`. Panics if the slice is shorter.
+    #[inline(always)]
+    fn compress(self, mask: Self::Mask, to: &mut [Self::Scalar]) {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        self.store(&mut lanes);
+        let to = &mut to[..Self::WIDTH];
+        let mut place = 0;
+        for (lane, &x) in lanes[..Self::WIDTH].iter().enumerate() {
+            to[place] = x;
+            place += (mask.bits() >> lane & 1) as usize;
+            if place == Self::WIDTH {
+                break;
+            }
+        }
+    }
 
     /// self·a + b, rounded once.
     fn mul_add(self, a: Self, b: Self) -> Self;
@@ -210,6 +226,10 @@ pub trait Isa: Copy + Send + Sync + 'static {
     type F64: Lanes<Scalar = f64>;
     /// Eight lanes, or `F32` where that has fewer: for things that come in eights.
     type F32UpTo8: Lanes<Scalar = f32>;
+    /// Four lanes: for things that come in fours.
+    type F32x4: Lanes<Scalar = f32>;
+    /// Four lanes, or `F64` where that has fewer.
+    type F64UpTo4: Lanes<Scalar = f64>;
 
     /// Rounds to nearest; the lanes of `low` come first.
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32;

@@ -179,6 +179,8 @@ impl Isa for Neon {
     type F32 = F32x4;
     type F64 = F64x2;
     type F32UpTo8 = F32x4;
+    type F32x4 = F32x4;
+    type F64UpTo4 = F64x2;
 
     #[inline(always)]
     fn narrow(low: F64x2, high: F64x2) -> F32x4 {

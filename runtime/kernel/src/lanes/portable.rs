@@ -150,6 +150,8 @@ impl Isa for Portable {
     type F32 = Array<f32, 4>;
     type F64 = Array<f64, 2>;
     type F32UpTo8 = Array<f32, 4>;
+    type F32x4 = Array<f32, 4>;
+    type F64UpTo4 = Array<f64, 2>;
 
     #[inline(always)]
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32 {

@@ -67,6 +67,12 @@ fn every_operation<L: Lanes>(answers: &mut Answers, a: L, b: L, c: L) {
     let least = (0..L::WIDTH)
         .map(|i| a.get(i))
         .fold(L::Scalar::INFINITY, |x, y| if y < x { y } else { x });
+    let mut some = [L::Scalar::default(); MAX_WIDTH];
+    a.compress(x, &mut some);
+    let expected = (0..L::WIDTH)
+        .filter(|&i| x.bits() >> i & 1 != 0)
+        .map(|i| a.get(i));
+    assert!(expected.zip(some).all(|(lane, x)| bits(lane) == bits(x)));
     assert_eq!(bits(a.horizontal_min()), bits(least + L::Scalar::default()));
 }
 
@@ -97,10 +103,27 @@ impl Task for EveryOperation<'_> {
                 [0, I::F64::WIDTH].map(|i| I::F64::load(&self.doubles[0][start + i..]));
             note(&mut both, "narrow", I::narrow(low, high));
         }
+        let [mut eights, mut fours, mut double_fours] = [const { Answers::new() }; 3];
+        for start in (0..COUNT).step_by(I::F32UpTo8::WIDTH) {
+            let [a, b, c] = self.singles.map(|x| I::F32UpTo8::load(&x[start..]));
+            every_operation(&mut eights, a, b, c);
+        }
+        for start in (0..COUNT).step_by(I::F32x4::WIDTH) {
+            let [a, b, c] = self.singles.map(|x| I::F32x4::load(&x[start..]));
+            every_operation(&mut fours, a, b, c);
+        }
+        for start in (0..COUNT).step_by(I::F64UpTo4::WIDTH) {
+            let [a, b, c] = self.doubles.map(|x| I::F64UpTo4::load(&x[start..]));
+            every_operation(&mut double_fours, a, b, c);
+        }
         for start in (0..COUNT).step_by(I::F64::WIDTH) {
             let [a, b, c] = self.doubles.map(|x| I::F64::load(&x[start..]));
             every_operation(&mut doubles, a, b, c);
         }
+        assert_eq!(
+            [&singles, &singles, &doubles],
+            [&eights, &fours, &double_fours]
+        );
         [singles, doubles, both]
     }
 }

@@ -27,7 +27,7 @@
 //! Because all this is relative to the tree, W' has entries below 2¹⁵ for any transform, flat
 //! objects included; and because the object lies within the tree, rows are longer than ½.
 use super::arrays::Affine;
-use crate::bvh::{Bounds, LARGEST_LEAF, NormalSpace};
+use crate::bvh::{Bounds, Child, LARGEST_LEAF, NormalSpace};
 use crate::instance::dot;
 use crate::lanes::{Lanes, Mask, axes};
 
@@ -38,8 +38,8 @@ pub struct InstanceBlock {
     /// `rows[row][column][lane]` of W'; all zero where any ray may hit.
     rows: [[[f32; LARGEST_LEAF]; 3]; 3],
     center: [[f32; LARGEST_LEAF]; 3],
-    /// Which instance of the group each lane holds.
-    pub instances: [u32; LARGEST_LEAF],
+    /// Which instance of the group each lane holds, as an item.
+    pub instances: [Child; LARGEST_LEAF],
     /// Lanes in use.
     pub len: u32,
     /// All of them are in unit balls.
@@ -146,7 +146,7 @@ impl InstanceBlock {
         let mut block = InstanceBlock {
             rows: [[[0.0; LARGEST_LEAF]; 3]; 3],
             center: [[0.0; LARGEST_LEAF]; 3],
-            instances: [0; LARGEST_LEAF],
+            instances: [Child::item(0); LARGEST_LEAF],
             len: instances.len() as u32,
             balls: true,
         };
@@ -161,7 +161,7 @@ impl InstanceBlock {
                 }
                 block.center[row][i] = lane.center[row];
             }
-            block.instances[i] = instance;
+            block.instances[i] = Child::item(instance);
             block.balls &= lane.ball;
         }
         block
@@ -176,13 +176,13 @@ impl InstanceBlock {
         (o, d): ([f32; 3], [f32; 3]),
         after: f32,
         before: f32,
-    ) -> (u32, L) {
+    ) -> (L::Mask, L) {
         let rows = axes!(|j| axes!(|i| L::load(&self.rows[j][i][first..])));
         let center = axes!(|i| L::load(&self.center[i][first..]));
         let (near, far) = self.interval(rows, center, L::splats(o), L::splats(d));
         let met = near.le(far) & near.le(L::splat(before)) & L::splat(after).le(far);
         (
-            met.bits() & L::Mask::first((self.len as usize).saturating_sub(first)).bits(),
+            met & L::Mask::first((self.len as usize).saturating_sub(first)),
             near,
         )
     }

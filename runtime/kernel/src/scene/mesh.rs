@@ -5,10 +5,10 @@ use super::{Buffer, SceneError};
 use crate::bvh::{Bounds, MAX_ITEMS, Tree, build};
 use crate::scalar::Scalar;
 
-/// Triangles of a block.
-pub const BLOCK: usize = 8;
-/// Most triangles that share a leaf, and so a block.
-const LEAF_SIZE: usize = 4;
+/// Triangles of a block, and most that share a leaf.
+///
+/// Blocks are as small as they can be: large meshes are traced at the speed of the cache.
+pub const BLOCK: usize = 4;
 
 /// Up to [`BLOCK`] triangles by coordinate, in the normalised space of their mesh.
 #[derive(Clone)]
@@ -75,7 +75,7 @@ impl<F: Scalar> Mesh<F> {
             })
             .collect();
         let mut leaves: Vec<Vec<u32>> = Vec::new();
-        let tree = build(&bounds, LEAF_SIZE, |leaf| {
+        let tree = build(&bounds, BLOCK, |leaf| {
             leaves.push(leaf.to_vec());
             leaves.len() as u32 - 1
         });

@@ -44,7 +44,7 @@ mod tests;
 pub use frame::Frame;
 pub use kind::ShapeKind;
 pub use ray_lanes::RayLanes;
-pub use ray_triangle::{TriangleRays, surface as triangle_surface, turned};
+pub use ray_triangle::{TriangleRays, TurnedRays, surface as triangle_surface, turned};
 
 use parameters::{around_axis, bounds, is_valid};
 use ray_bevelled_box::BevelledBox;

@@ -31,7 +31,7 @@ pub struct TriangleRays<L: Lanes> {
 /// The axes after `axis` and itself, in the order that keeps handedness.
 #[inline(always)]
 pub fn turned(axis: usize) -> [usize; 3] {
-    [(axis + 1) % 3, (axis + 2) % 3, axis]
+    [(axis + 1) % 3, (axis + 2) % 3, axis % 3]
 }
 
 impl<L: Lanes> TriangleRays<L> {
@@ -104,15 +104,65 @@ impl<L: Lanes> TriangleRays<L> {
         found
     }
 
-    /// W rays against W triangles, lane by lane: splat a ray, or a triangle, to meet many of the
-    /// other. The rays in `active` have that axis, and the coordinates of the corners are
-    /// [`turned`] to it. Both sides are hit, edges belong to the triangle.
+    /// The rays in what they need against triangles if they have that axis.
+    #[inline(always)]
+    pub fn turned(&self, axis: usize) -> TurnedRays<L> {
+        let turned = turned(axis);
+        TurnedRays {
+            origin: axes!(|i| self.origin[turned[i]]),
+            slope: self.slope,
+            inverse: self.inverse,
+            t_min: self.t_min,
+            t_max: self.t_max,
+        }
+    }
+
+    /// As [`TurnedRays::intersect`], of rays that have that axis.
     #[inline(always)]
     pub fn intersect(&self, axis: usize, corners: [[L; 3]; 3], active: L::Mask) -> (L::Mask, L) {
-        let turned = turned(axis);
-        let origin = axes!(|i| self.origin[turned[i]]);
+        self.turned(axis).intersect(corners, active)
+    }
+}
+
+/// Rays along one axis, their coordinates [`turned`] to it.
+#[derive(Clone, Copy)]
+pub struct TurnedRays<L: Lanes> {
+    origin: [L; 3],
+    slope: [L; 2],
+    inverse: L,
+    t_min: L,
+    t_max: L,
+}
+
+impl<S: Scalar> TurnedRays<S> {
+    /// One ray in every lane.
+    #[inline(always)]
+    pub fn in_lanes<L: Lanes<Scalar = S>>(&self) -> TurnedRays<L> {
+        TurnedRays {
+            origin: L::splats(self.origin),
+            slope: L::splats(self.slope),
+            inverse: L::splat(self.inverse),
+            t_min: L::splat(self.t_min),
+            t_max: L::splat(self.t_max),
+        }
+    }
+}
+
+impl<L: Lanes> TurnedRays<L> {
+    /// Looks for hits in another interval.
+    #[inline(always)]
+    pub fn look_within(&mut self, t_min: L, t_max: L) {
+        self.t_min = t_min;
+        self.t_max = t_max;
+    }
+
+    /// W rays against W triangles, lane by lane: splat a ray, or a triangle, to meet many of the
+    /// other. The coordinates of the corners are turned too. Both sides are hit, edges belong to
+    /// the triangle.
+    #[inline(always)]
+    pub fn intersect(&self, corners: [[L; 3]; 3], active: L::Mask) -> (L::Mask, L) {
         let [a, b, c] = axes!(|corner| {
-            let [i, j, k] = axes!(|i| corners[corner][i] - origin[i]);
+            let [i, j, k] = axes!(|i| corners[corner][i] - self.origin[i]);
             [
                 self.slope[0].neg_mul_add(k, i),
                 self.slope[1].neg_mul_add(k, j),

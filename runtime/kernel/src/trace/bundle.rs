@@ -175,7 +175,7 @@ impl<I: Isa> Bundle<I> {
             if met.any() {
                 stack.push(Entry {
                     near: least(near, met),
-                    child: Child::item(block.instances[i]),
+                    child: block.instances[i],
                     place: Entry::UNTESTED,
                     rays: met.bits(),
                 });

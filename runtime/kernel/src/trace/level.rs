@@ -1,51 +1,7 @@
 //! What traversal does at a level of instancing, whether of packets or of single rays.
-use crate::bvh::{NormalSpace, Tree};
 use crate::instance::Entrance;
 use crate::scalar::Scalar;
-use crate::scene::{Group, Mesh, Prototype, Scene};
-
-/// What the leaves of a level's tree mean.
-pub enum Content<'s, F: Scalar> {
-    /// Instances of a group, whose first leaf has this number.
-    Group(&'s Group, i64),
-    /// Triangle blocks of a mesh, which is one leaf, of this number.
-    Mesh(&'s Mesh<F>, i64),
-}
-
-impl<F: Scalar> Clone for Content<'_, F> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<F: Scalar> Copy for Content<'_, F> {}
-
-impl<'s, F: Scalar> Content<'s, F> {
-    #[inline(always)]
-    pub fn tree(&self) -> &'s Tree {
-        match self {
-            Content::Group(group, _) => &group.tree,
-            Content::Mesh(mesh, _) => &mesh.tree,
-        }
-    }
-
-    /// From the space of the level's rays to that of the tree: rays enter meshes normalised.
-    #[inline(always)]
-    pub fn space(&self) -> NormalSpace {
-        match self {
-            Content::Group(group, _) => group.tree.space,
-            Content::Mesh(..) => NormalSpace::IDENTITY,
-        }
-    }
-
-    /// Offsets of the instances that every ray is to be tested with.
-    #[inline(always)]
-    pub fn unbounded(&self) -> &'s [u32] {
-        match self {
-            Content::Group(group, _) => &group.unbounded,
-            Content::Mesh(..) => &[],
-        }
-    }
-}
+use crate::scene::{Group, Prototype, Scene};
 
 /// What an instance is of.
 pub(crate) enum Target<'s, F: Scalar> {

@@ -11,6 +11,7 @@ mod on_triangle;
 mod packet;
 mod precision;
 mod single;
+mod stack;
 mod surface;
 #[cfg(test)]
 mod tests;

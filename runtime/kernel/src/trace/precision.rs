@@ -3,7 +3,7 @@ use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, each, halves};
 use crate::scalar::Scalar;
 use crate::scene::{BLOCK, TriangleBlock};
-use crate::shapes::{RayLanes, Shape, TriangleRays, turned};
+use crate::shapes::{RayLanes, Shape, TriangleRays, TurnedRays, turned};
 
 /// The lanes of a packet in double precision: the first half, then the second.
 pub type Halves<T> = [T; 2];
@@ -134,7 +134,7 @@ fn widened<I: Isa>(rays: &Halves<LevelRays<I::F64>>, t: I::F32) -> Halves<I::F64
 }
 
 impl Precision for f32 {
-    type Block<I: Isa> = I::F32UpTo8;
+    type Block<I: Isa> = I::F32x4;
     type PacketRays<I: Isa> = TriangleRays<I::F32>;
 
     #[inline(always)]
@@ -194,7 +194,7 @@ impl Precision for f32 {
 }
 
 impl Precision for f64 {
-    type Block<I: Isa> = I::F64;
+    type Block<I: Isa> = I::F64UpTo4;
     type PacketRays<I: Isa> = Halves<TriangleRays<I::F64>>;
 
     #[inline(always)]
@@ -311,32 +311,42 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
     if hit { Some(t) } else { None }
 }
 
-/// One ray in every lane, made ready for the triangles of a mesh.
+/// One ray in every lane, made ready for the triangles of a mesh, and its axis.
 #[inline(always)]
-pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>) -> TriangleRays<L> {
-    TriangleRays::new(&RayLanes {
-        o: each!(ray.origin, |x| L::splat(L::Scalar::from_f64(x))),
-        d: each!(ray.direction, |x| L::splat(L::Scalar::from_f64(x))),
-        t_min: L::zero(),
-        t_max: L::zero(),
-    })
+pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>, t_min: f64, t_max: f64) -> (TurnedRays<L>, usize) {
+    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let rays = TriangleRays::<L::Scalar>::new(&RayLanes {
+        o: each!(ray.origin, |x| L::Scalar::from_f64(x)),
+        d: each!(ray.direction, |x| L::Scalar::from_f64(x)),
+        t_min,
+        t_max,
+    });
+    let axis = rays.axis();
+    (rays.turned(axis).in_lanes(), axis)
+}
+
+/// Draws in the far end of the interval of one ray.
+#[inline(always)]
+pub fn restrict_block_ray<L: Lanes>(
+    prepared: &mut TurnedRays<L>,
+    ray: &LevelRays<f64>,
+    t_min: f64,
+    t_max: f64,
+) {
+    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    prepared.look_within(L::splat(t_min), L::splat(t_max));
 }
 
 /// Crossings of one ray with the triangles of a block, given to `found` with the triangle's
 /// lane; world t.
 #[inline(always)]
 pub fn intersect_block<L: Lanes>(
-    prepared: &TriangleRays<L>,
+    prepared: &TurnedRays<L>,
+    axis: usize,
     ray: &LevelRays<f64>,
     block: &TriangleBlock<L::Scalar>,
-    t_min: f64,
-    t_max: f64,
     mut found: impl FnMut(usize, f64),
 ) {
-    let (t_min, t_max) = single_interval(ray, t_min, t_max);
-    let mut prepared = *prepared;
-    prepared.look_within(L::splat(t_min), L::splat(t_max));
-    let axis = prepared.axis();
     let [i, j, k] = turned(axis);
     for first in (0..block.len as usize).step_by(L::WIDTH) {
         let corners = each!(&block.corners, |corner| [
@@ -344,7 +354,7 @@ pub fn intersect_block<L: Lanes>(
             L::load(&corner[j][first..]),
             L::load(&corner[k][first..]),
         ]);
-        let (hit, t) = prepared.intersect(axis, corners, Mask::full());
+        let (hit, t) = prepared.intersect(corners, Mask::full());
         let mut hit = hit.bits();
         if hit == 0 {
             continue;

@@ -1,54 +1,121 @@
 //! One ray at a time, against eight boxes at a time.
 use super::Nearest;
-use super::level::{Content, Target};
-use super::precision::{Precision, block_ray, intersect_block, intersect_shape};
-use crate::bvh::{Child, LARGEST_LEAF, NodeRay, WIDTH};
+use super::level::Target;
+use super::precision::{
+    Precision, block_ray, intersect_block, intersect_shape, restrict_block_ray,
+};
+use super::stack::Stack;
+use crate::bvh::{Child, LARGEST_LEAF, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, axes, each};
+use crate::lanes::{Isa, Lanes, axes, each};
 use crate::ray::Ray;
 use crate::scene::{Geometry, Group, InstanceBlock, Mesh, Scene};
-use crate::shapes::TriangleRays;
 
-/// A node or leaf to be visited, and where the ray enters its box.
+/// The ray in the space of a tree.
 #[derive(Clone, Copy)]
-struct Entry {
-    near: f32,
-    child: Child,
-}
-
-/// The ray in one space on its way down.
-struct Level<'s, I: Isa, F: Precision> {
-    ray: LevelRays<f64>,
-    content: Content<'s, F>,
-    node_ray: NodeRay<I::F32UpTo8>,
-    /// Origin and direction in the tree's space.
-    rounded: ([f32; 3], [f32; 3]),
-    /// Row of the planes through which the ray enters boxes, by axis.
-    entry_planes: [usize; 3],
+struct TreeRay {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    node_ray: NodeRay<f32>,
     /// The tree's parameter of world t is (t − start)·per_rate.
     start: f64,
     per_rate: f64,
     after: f32,
     before: f32,
-    block_ray: Option<TriangleRays<F::Block<I>>>,
-    /// Entries below belong to the levels above.
-    stack_base: usize,
 }
 
-impl<I: Isa, F: Precision> Level<'_, I, F> {
+impl TreeRay {
+    /// With hits in the world's interval.
     #[inline(always)]
-    fn to_tree(&self, t: f64) -> f32 {
+    fn new(
+        origin: [f64; 3],
+        direction: [f64; 3],
+        start: f64,
+        per_rate: f64,
+        [t_min, t_max]: [f64; 2],
+    ) -> TreeRay {
+        let (origin, direction) = (each!(origin, |x| x as f32), each!(direction, |x| x as f32));
+        let mut ray = TreeRay {
+            origin,
+            direction,
+            node_ray: NodeRay::new(origin, direction),
+            start,
+            per_rate,
+            after: 0.0,
+            before: 0.0,
+        };
+        ray.after = ray.tree_parameter(t_min);
+        ray.before = ray.tree_parameter(t_max);
+        ray
+    }
+
+    #[inline(always)]
+    fn tree_parameter(&self, t: f64) -> f32 {
         ((t - self.start) * self.per_rate) as f32
     }
+
+    /// Draws in the far end to a nearest hit.
+    #[inline(always)]
+    fn restrict(&mut self, t_max: f64) {
+        self.before = self.tree_parameter(t_max);
+    }
+}
+
+/// A ray against the boxes of nodes, a copy in every lane.
+struct BoxLanes<L: Lanes> {
+    node_ray: NodeRay<L>,
+    /// Whether it enters boxes through their upper planes, by axis.
+    descending: [bool; 3],
+    after: L,
+    before: L,
+}
+
+impl<L: Lanes<Scalar = f32>> BoxLanes<L> {
+    #[inline(always)]
+    fn new(ray: &TreeRay) -> BoxLanes<L> {
+        BoxLanes {
+            node_ray: ray.node_ray.in_lanes(),
+            descending: ray.node_ray.descending(),
+            after: L::splat(ray.after),
+            before: L::splat(ray.before),
+        }
+    }
+
+    /// Pushes the children that the ray meets.
+    #[inline(always)]
+    fn visit<const ANY: bool>(&self, node: &Node, stack: &mut Stack) {
+        for first in (0..WIDTH).step_by(L::WIDTH) {
+            let entry = axes!(|i| {
+                L::load(&node.planes[i + 3 * usize::from(self.descending[i])][first..])
+            });
+            let exit = axes!(|i| {
+                L::load(&node.planes[i + 3 * usize::from(!self.descending[i])][first..])
+            });
+            let (near, far) = self.node_ray.interval(entry, exit, self.after, self.before);
+            stack.push_met::<L, ANY>(near, &node.children[first..], near.le(far));
+        }
+    }
+}
+
+/// The ray in the space of a group on its way down.
+struct Level<'s> {
+    ray: LevelRays<f64>,
+    tree_ray: TreeRay,
+    group: &'s Group,
+    /// The number of the group's first leaf.
+    first_leaf: i64,
+    /// Entries below belong to the levels above.
+    stack_base: usize,
 }
 
 /// Stacks, kept from ray to ray.
 pub(super) struct Single<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
-    above: Vec<Level<'s, I, F>>,
-    stack: Vec<Entry>,
+    above: Vec<Level<'s>>,
+    stack: Stack,
     t_min: f64,
     nearest: Nearest,
+    set: std::marker::PhantomData<I>,
 }
 
 impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
@@ -56,9 +123,10 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         Single {
             scene,
             above: Vec::new(),
-            stack: Vec::new(),
+            stack: Stack::new(),
             t_min: 0.0,
             nearest: Nearest::none(0.0),
+            set: std::marker::PhantomData,
         }
     }
 
@@ -69,37 +137,13 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         self.above.clear();
         self.t_min = ray.t_min;
         self.nearest = Nearest::none(ray.t_max);
-        let root = Content::Group(&self.scene.groups[0], 0);
-        let mut level = self.enter(LevelRays::from_ray(ray), root);
+        let mut level = self.enter(LevelRays::from_ray(ray), &self.scene.groups[0], 0);
         loop {
-            while self.stack.len() > level.stack_base {
-                let Some(entry) = self.stack.pop() else { break };
-                if entry.near > level.before {
-                    continue;
+            while let Some(offset) = self.next_item::<ANY>(&level) {
+                if let Some(inner) = self.visit::<ANY>(&mut level, offset) {
+                    self.above.push(std::mem::replace(&mut level, inner));
                 }
-                if entry.child.is_node() {
-                    self.visit_node(&level, entry.child);
-                    continue;
-                }
-                let found = self.nearest.leaf;
-                match level.content {
-                    Content::Mesh(mesh, leaf) => {
-                        self.visit_triangles(&mut level, mesh, leaf, entry.child.number());
-                    }
-                    Content::Group(group, _) if !entry.child.is_item() => {
-                        self.visit_block(&level, &group.blocks[entry.child.number() as usize]);
-                        continue;
-                    }
-                    Content::Group(group, first_leaf) => {
-                        let offset = entry.child.number() as usize;
-                        if let Some(inner) =
-                            self.visit_instance(&mut level, group, first_leaf, offset)
-                        {
-                            self.above.push(std::mem::replace(&mut level, inner));
-                        }
-                    }
-                }
-                if ANY && self.nearest.leaf != found {
+                if ANY && self.nearest.leaf >= 0 {
                     return self.nearest;
                 }
             }
@@ -107,179 +151,150 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
                 return self.nearest;
             };
             level = outer;
-            level.before = level.to_tree(self.nearest.t);
+            level.tree_ray.restrict(self.nearest.t);
         }
     }
 
     /// Begins a level: its root and its unbounded instances are on the stack.
     #[inline(always)]
-    fn enter(&mut self, ray: LevelRays<f64>, content: Content<'s, F>) -> Level<'s, I, F> {
-        let tree = content.tree();
-        let space = content.space();
+    fn enter(&mut self, ray: LevelRays<f64>, group: &'s Group, first_leaf: i64) -> Level<'s> {
+        let space = group.tree.space;
         let (origin, slide) = ray.in_space(&space);
-        let rounded = (
-            each!(origin, |x| x as f32),
-            each!(ray.direction, |x| x as f32),
+        let tree_ray = TreeRay::new(
+            origin,
+            ray.direction,
+            (slide / space.scale).mul_add(ray.rate, ray.start),
+            ray.per_rate * space.scale,
+            [self.t_min, self.nearest.t],
         );
-        let mut level = Level {
+        let stack_base = self.stack.len();
+        if !group.tree.nodes.is_empty() {
+            self.stack.push(Child::ROOT);
+        }
+        for &offset in &group.unbounded {
+            self.stack.push(Child::item(offset));
+        }
+        Level {
             ray,
-            content,
-            node_ray: NodeRay::new(
-                I::F32UpTo8::splats(rounded.0),
-                I::F32UpTo8::splats(rounded.1),
-            ),
-            rounded,
-            entry_planes: axes!(|i| {
-                if ray.direction[i].is_sign_negative() {
-                    i + 3
-                } else {
-                    i
-                }
-            }),
-            start: (slide / space.scale).mul_add(ray.rate, ray.start),
-            per_rate: ray.per_rate * space.scale,
-            after: 0.0,
-            before: 0.0,
-            block_ray: None,
-            stack_base: self.stack.len(),
-        };
-        level.after = level.to_tree(self.t_min);
-        level.before = level.to_tree(self.nearest.t);
-        if !tree.nodes.is_empty() {
-            self.stack.push(Entry {
-                near: f32::NEG_INFINITY,
-                child: Child::ROOT,
-            });
-        }
-        self.stack
-            .extend(content.unbounded().iter().map(|&offset| Entry {
-                near: f32::NEG_INFINITY,
-                child: Child::item(offset),
-            }));
-        level
-    }
-
-    /// Pushes the children that the ray meets, the nearest on top.
-    #[inline(always)]
-    fn visit_node(&mut self, level: &Level<'s, I, F>, child: Child) {
-        type N<I> = <I as Isa>::F32UpTo8;
-        let node = &level.content.tree().nodes[child.number() as usize];
-        let base = self.stack.len();
-        for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
-            let enters = &level.entry_planes;
-            let entry = axes!(|i| N::<I>::load(&node.planes[enters[i]][first..]));
-            let exit = axes!(|i| N::<I>::load(&node.planes[2 * i + 3 - enters[i]][first..]));
-            let (near, far) = level.node_ray.interval(
-                entry,
-                exit,
-                N::<I>::splat(level.after),
-                N::<I>::splat(level.before),
-            );
-            let met = near.le(far).bits();
-            self.push(met, near, |lane| node.children[first + lane]);
-        }
-        self.sort_from(base);
-    }
-
-    /// Pushes the instances of a block that the ray may hit, the nearest on top.
-    #[inline(always)]
-    fn visit_block(&mut self, level: &Level<'s, I, F>, block: &InstanceBlock) {
-        let base = self.stack.len();
-        for first in (0..LARGEST_LEAF).step_by(I::F32UpTo8::WIDTH) {
-            let (met, near) =
-                block.meets::<I::F32UpTo8>(first, level.rounded, level.after, level.before);
-            self.push(met, near, |lane| Child::item(block.instances[first + lane]));
-        }
-        self.sort_from(base);
-    }
-
-    /// Pushes the lanes that are met.
-    #[inline(always)]
-    fn push(&mut self, mut met: u32, near: I::F32UpTo8, child: impl Fn(usize) -> Child) {
-        if met == 0 {
-            return;
-        }
-        let mut nears = [0.0; WIDTH];
-        near.store(&mut nears);
-        while met != 0 {
-            let lane = met.trailing_zeros() as usize;
-            met &= met - 1;
-            self.stack.push(Entry {
-                near: nears[lane],
-                child: child(lane),
-            });
+            tree_ray,
+            group,
+            first_leaf,
+            stack_base,
         }
     }
 
-    /// Brings the nearest of the entries from `base` on to the top: by insertion, for there
-    /// seldom are more than three.
+    /// The next instance of the level's group that the ray may hit.
     #[inline(always)]
-    fn sort_from(&mut self, base: usize) {
-        for i in base + 1..self.stack.len() {
-            let mut j = i;
-            while j > base && self.stack[j].near > self.stack[j - 1].near {
-                self.stack.swap(j, j - 1);
-                j -= 1;
+    fn next_item<const ANY: bool>(&mut self, level: &Level<'s>) -> Option<usize> {
+        let lanes = BoxLanes::<I::F32UpTo8>::new(&level.tree_ray);
+        while let Some((near, child)) = self.stack.pop(level.stack_base) {
+            if near > level.tree_ray.before {
+                continue;
+            }
+            let number = child.number() as usize;
+            if child.is_node() {
+                lanes.visit::<ANY>(&level.group.tree.nodes[number], &mut self.stack);
+            } else if child.is_item() {
+                return Some(number);
+            } else {
+                self.visit_block::<ANY>(&level.tree_ray, &level.group.blocks[number]);
             }
         }
+        None
     }
 
-    /// Tests a block of triangles.
+    /// Pushes the instances of a block that the ray may hit.
     #[inline(always)]
-    fn visit_triangles(
-        &mut self,
-        level: &mut Level<'s, I, F>,
-        mesh: &Mesh<F>,
-        leaf: i64,
-        number: u32,
-    ) {
-        let ray = &level.ray;
-        let prepared = match level.block_ray {
-            Some(prepared) => prepared,
-            None => *level.block_ray.insert(block_ray(ray)),
-        };
-        let block = &mesh.blocks[number as usize];
-        let (t_min, t_max) = (self.t_min, self.nearest.t);
-        let nearest = &mut self.nearest;
-        intersect_block(&prepared, ray, block, t_min, t_max, |lane, t| {
-            nearest.offer(t, leaf, block.triangles[lane]);
-        });
-        if self.nearest.t < t_max {
-            level.before = level.to_tree(self.nearest.t);
+    fn visit_block<const ANY: bool>(&mut self, ray: &TreeRay, block: &InstanceBlock) {
+        for first in (0..LARGEST_LEAF).step_by(I::F32UpTo8::WIDTH) {
+            let (met, near) = block.meets::<I::F32UpTo8>(
+                first,
+                (ray.origin, ray.direction),
+                ray.after,
+                ray.before,
+            );
+            self.stack
+                .push_met::<I::F32UpTo8, ANY>(near, &block.instances[first..], met);
         }
     }
 
-    /// Enters an instance of a group: tests what it is of, or returns that as the level to go on
-    /// with.
+    /// Tests an instance; a level to go on with if that is a group.
     #[inline(always)]
-    fn visit_instance(
+    fn visit<const ANY: bool>(
         &mut self,
-        level: &mut Level<'s, I, F>,
-        group: &Group,
-        first_leaf: i64,
+        level: &mut Level<'s>,
         offset: usize,
-    ) -> Option<Level<'s, I, F>> {
-        let row = group.start + offset;
+    ) -> Option<Level<'s>> {
+        let row = level.group.start + offset;
         let target = self.scene.target(row);
         let entrance = self.scene.entrance(row, &target);
-        let leaf = first_leaf + group.leaves_before(offset);
+        let leaf = level.first_leaf + level.group.leaves_before(offset);
         let prototype = match target {
             Target::Group(inner) => {
                 let ray = entrance.enter_group(&level.ray);
-                return Some(self.enter(ray, Content::Group(inner, leaf)));
+                return Some(self.enter(ray, inner, leaf));
             }
             Target::Prototype(prototype) => prototype,
         };
         let ray = entrance.enter_prototype(&level.ray, &prototype.space);
-        match &prototype.geometry {
-            Geometry::Mesh(mesh) => Some(self.enter(ray, Content::Mesh(mesh, leaf))),
+        let taken = match &prototype.geometry {
+            Geometry::Mesh(mesh) => self.visit_mesh::<ANY>(&ray, mesh, leaf),
             Geometry::Shape(shape) => {
                 let t = intersect_shape::<I, F>(shape, &ray, self.t_min, self.nearest.t);
-                if t.is_some_and(|t| self.nearest.offer(t, leaf, 0)) {
-                    level.before = level.to_tree(self.nearest.t);
+                t.is_some_and(|t| self.nearest.offer(t, leaf, 0))
+            }
+        };
+        if !ANY && taken {
+            level.tree_ray.restrict(self.nearest.t);
+        }
+        None
+    }
+
+    /// Tests the triangles of a mesh with a ray in its space; whether a hit was taken.
+    #[inline(always)]
+    fn visit_mesh<const ANY: bool>(
+        &mut self,
+        ray: &LevelRays<f64>,
+        mesh: &Mesh<F>,
+        leaf: i64,
+    ) -> bool {
+        let nodes = &mesh.tree.nodes;
+        if nodes.is_empty() {
+            return false;
+        }
+        let mut all_taken = false;
+        let interval = [self.t_min, self.nearest.t];
+        let tree_ray = TreeRay::new(ray.origin, ray.direction, ray.start, ray.per_rate, interval);
+        let mut before = tree_ray.before;
+        let mut lanes = BoxLanes::<I::F32UpTo8>::new(&tree_ray);
+        let (mut prepared, axis) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
+        let base = self.stack.len();
+        self.stack.push(Child::ROOT);
+        while let Some((near, child)) = self.stack.pop(base) {
+            if near > before {
+                continue;
+            }
+            let number = child.number() as usize;
+            if child.is_node() {
+                lanes.visit::<ANY>(&nodes[number], &mut self.stack);
+                continue;
+            }
+            let block = &mesh.blocks[number];
+            let nearest = &mut self.nearest;
+            let mut taken = false;
+            intersect_block(&prepared, axis, ray, block, |lane, t| {
+                taken |= nearest.offer(t, leaf, block.triangles[lane]);
+            });
+            if taken {
+                all_taken = true;
+                if ANY {
+                    return true;
                 }
-                None
+                before = tree_ray.tree_parameter(self.nearest.t);
+                lanes.before = I::F32UpTo8::splat(before);
+                restrict_block_ray(&mut prepared, ray, self.t_min, self.nearest.t);
             }
         }
+        all_taken
     }
 }
