@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import resource
+import signal
 import tempfile
 import time
 import traceback
@@ -96,6 +97,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path, default=Path("out/fuzz"), metavar="FOLDER")
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells ignore behind `&`
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     done = dict.fromkeys(given.targets, 0)
     spent = dict.fromkeys(given.targets, 0.0)

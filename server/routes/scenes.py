@@ -59,7 +59,9 @@ async def format(request: Request) -> Response:
 
     def work(body: Body, ticket: Ticket) -> bytes:
         program = body.parse(Program)
-        formatted, faults = format_source(Source(program.name, program.source))
+        formatted, faults = format_source(
+            Source(program.name, program.source.removeprefix("\ufeff"))
+        )
         if formatted is None:
             raise CompileError(faults)
         if media_type == TEXT:

@@ -69,6 +69,8 @@ def test_a_program_is_formatted(client: TestClient) -> None:
     assert client.post("/v1/format", json=loose).text == "sphere(1)\n"
     response = client.post("/v1/format", json=loose, headers={"Accept": "application/json"})
     assert response.json() == {"source": "sphere(1)\n"}
+    marked = {"source": "\ufeffsphere( 1 )\r\n"}
+    assert client.post("/v1/format", json=marked).text == "sphere(1)\n"
     faulty = client.post("/v1/format", json={"source": "sphere(1"})
     assert problem(faulty, 422, "scene-faults")["diagnostics"][0]["code"] == "syntax-unclosed"
 
