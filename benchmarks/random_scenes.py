@@ -189,6 +189,9 @@ def random_values(kind: StepKind, rng: Generator) -> FloatArray:
         case StepKind.ROTATE:
             turn = rng.choice([90.0, 180.0, 36000090.0, rng.uniform(-720, 720)])
             return np.array([*axis, turn])
+        case StepKind.ORIENT:
+            turn = rng.normal(size=4)
+            return np.array(turn / np.linalg.norm(turn))
         case StepKind.SHEAR:  # its determinant is 1 whatever the values
             return np.array([*rng.normal(size=2) * 2, 0, rng.normal(), 0, 0])
         case StepKind.REFLECT:

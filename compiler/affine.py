@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler.double_double import ONE, ZERO, DoubleDouble, FloatArray, Part
 
-Lanes = NDArray[np.int64] | slice | int
+Lanes = NDArray[np.signedinteger[Any]] | slice | int
 Row = tuple[DoubleDouble, DoubleDouble, DoubleDouble, DoubleDouble]
 
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from compiler.provenance import Origins
 from compiler.walk import Walk
@@ -26,7 +27,7 @@ NO_MATERIAL = -1
 T = TypeVar("T")
 
 
-Codes = TypeVar("Codes", int, IntArray)
+Codes = TypeVar("Codes", int, NDArray[np.signedinteger[Any]])
 
 
 def overriding(material: Codes) -> Codes:

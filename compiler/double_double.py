@@ -19,6 +19,7 @@ since 0·x = 0, 1·x = x and 0 + x = x are exact, with the same result to the la
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,7 +156,7 @@ class DoubleDouble:
             return self
         return DoubleDouble(self.hi * power, self.lo if _is_nothing(self.lo) else self.lo * power)
 
-    def take(self, index: NDArray[np.int64] | slice | int) -> DoubleDouble:
+    def take(self, index: NDArray[np.signedinteger[Any]] | slice | int) -> DoubleDouble:
         """The lanes at `index`; scalars hold for all."""
         return DoubleDouble(_take(self.hi, index), _take(self.lo, index))
 
@@ -168,5 +169,5 @@ def _is_nothing(part: Part) -> bool:
     return bool(part.ndim == 0 and part == 0.0)
 
 
-def _take(part: Part, index: NDArray[np.int64] | slice | int) -> Part:
+def _take(part: Part, index: NDArray[np.signedinteger[Any]] | slice | int) -> Part:
     return part if isinstance(part, np.float64) else part[index]

@@ -15,6 +15,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +26,11 @@ from compiler.ir import COUNTED
 FLATTEN_LEAVES = 1 << 22
 FLATTEN_ROWS = 1 << 16
 
-Integers = NDArray[np.int64]
+Integers = NDArray[np.signedinteger[Any]]
 
 
 def _integers() -> array[int]:
-    return array("q")
+    return array("i")
 
 
 @dataclass(slots=True)
@@ -104,7 +105,7 @@ def expand(branches: Branches, plan: Plan) -> dict[int, Table]:
     groups = {root: tables[root]}
     queue = [root]
     for group in queue:
-        targets = np.frombuffer(tables[group].leaf_target, dtype=np.int64)
+        targets = np.frombuffer(tables[group].leaf_target, dtype=np.int32)
         below, first = np.unique(~targets[targets < 0], return_index=True)
         new = [int(g) for g in below[np.argsort(first)] if int(g) not in groups]
         groups.update((g, tables[g]) for g in new)
@@ -173,10 +174,10 @@ class _Maker:
         """One frame for each lane of a batch."""
         t = self.table
         first = len(t.frame_parent)
-        _extend(t.frame_parent, np.full(edge.count, frame))
-        _extend(t.frame_chain, np.full(edge.count, edge.chain))
-        _extend(t.frame_lane, np.arange(edge.count))
-        return first + np.arange(edge.count)
+        _extend(t.frame_parent, np.full(edge.count, dtype=np.int32, fill_value=frame))
+        _extend(t.frame_chain, np.full(edge.count, dtype=np.int32, fill_value=edge.chain))
+        _extend(t.frame_lane, np.arange(edge.count, dtype=np.int32))
+        return first + np.arange(edge.count, dtype=np.int32)
 
     def lane_sources(self, edge: Edge, source: int) -> Integers:
         """Each lane's source: segments of its own where the batch adds to the path."""
@@ -184,7 +185,9 @@ class _Maker:
         parents = np.full(edge.count if edge.batch >= 0 else 1, source)
         segments = [(origin, np.full(len(parents), index)) for origin, index in edge.segments]
         if edge.batch >= 0:
-            indices = np.arange(edge.count) if edge.indices is None else edge.indices
+            indices = (
+                np.arange(edge.count, dtype=np.int32) if edge.indices is None else edge.indices
+            )
             segments.insert(0, (edge.batch, indices))
         for origin, index in segments:
             first = len(t.source_parent)
@@ -208,8 +211,8 @@ class _Maker:
             t.leaf_source.append(source)
             return
         _extend(t.leaf_frame, self.lane_frames(edge, frame))
-        _extend(t.leaf_target, np.full(edge.count, edge.target))
-        _extend(t.leaf_material, np.full(edge.count, material))
+        _extend(t.leaf_target, np.full(edge.count, dtype=np.int32, fill_value=edge.target))
+        _extend(t.leaf_material, np.full(edge.count, dtype=np.int32, fill_value=material))
         if edge.indices is None and edge.batch >= 0:
             # Lanes numbered in order need no segment each: they are counted (see ir.COUNTED).
             t.source_parent.append(source)
@@ -221,7 +224,7 @@ class _Maker:
                 t.source_origin.append(origin)
                 t.source_index.append(index)
                 source = len(t.source_parent) - 1
-            _extend(t.leaf_source, np.full(edge.count, source))
+            _extend(t.leaf_source, np.full(edge.count, dtype=np.int32, fill_value=source))
         else:
             _extend(t.leaf_source, self.lane_sources(edge, source))
 
@@ -236,7 +239,7 @@ class _Maker:
         rows = np.repeat(first, size) + within
         t = self.table
         for column in (t.leaf_frame, t.leaf_target, t.leaf_material, t.leaf_source):
-            leaves = np.frombuffer(column, dtype=np.int64)
+            leaves = np.frombuffer(column, dtype=np.int32)
             leaves[starts[0] : starts[-1]] = leaves[rows]
 
     def copies(self, edge: Edge, frame: int, material: int, source: int, inner: Table) -> None:
@@ -270,11 +273,11 @@ class _Maker:
 
 
 def _extend(column: array[int], values: Integers) -> None:
-    column.frombytes(np.ascontiguousarray(values, dtype=np.int64).view(np.uint8).data)
+    column.frombytes(np.ascontiguousarray(values, dtype=np.int32).view(np.uint8).data)
 
 
 def _tiled(column: array[int], count: int) -> Integers:
-    return np.tile(np.frombuffer(column, dtype=np.int64), count)
+    return np.tile(np.frombuffer(column, dtype=np.int32), count)
 
 
 def _placed(column: array[int], tops: Integers, first: int, stride: int | None = None) -> Integers:
@@ -283,7 +286,7 @@ def _placed(column: array[int], tops: Integers, first: int, stride: int | None =
     Copy i holds rows from `first + i · stride`; the stride is the table's length, which is that
     of the column itself unless given.
     """
-    inner = np.frombuffer(column, dtype=np.int64)
+    inner = np.frombuffer(column, dtype=np.int32)
     stride = len(inner) if stride is None else stride
     offsets = first + stride * np.arange(len(tops))
     return np.where(inner < 0, tops[:, None], inner + offsets[:, None]).ravel()

@@ -16,7 +16,7 @@ from compiler.appearance import (
     settings_record,
 )
 from compiler.attributes import attribute_arrays, texture_table
-from compiler.compress import Branches, compress, overriding
+from compiler.compress import NO_MATERIAL, Branches, compress, overriding
 from compiler.expand import Integers, Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
 from compiler.lights import left_out, place_lights
@@ -99,14 +99,14 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         object_from_world=table.inverse,
         translation_low=table.low if table.low.any() else np.zeros((0, 3), dtype=np.float32),
         instance_material=_renumbered_materials(table.material, used_materials),
-        instance_source=table.source.astype(np.int32),
+        instance_source=table.source.astype(np.int32, copy=False),
         materials=material_table(shown),
         lights=light_table(lights.lights),
         cameras=cameras,
         settings=settings_record(n for n in walked.order if isinstance(n, Settings)),
-        source_parent=table.sources.parent.astype(np.int32),
+        source_parent=table.sources.parent.astype(np.int32, copy=False),
         source_origin=renumbered(table.sources.origin, used_origins),
-        source_index=table.sources.number.astype(np.int32),
+        source_index=table.sources.number.astype(np.int32, copy=False),
         origins=origin_table,
         text_ends=text_ends,
         text_bytes=text_bytes,
@@ -134,8 +134,11 @@ def _used_materials(table: Rows, count: int) -> list[int]:
 
 
 def _renumbered_materials(codes: Integers, used: list[int]) -> NDArray[np.int32]:
-    bound = renumbered(np.where(codes < -1, overriding(codes), codes), used).astype(np.int64)
-    return np.where(codes < -1, overriding(bound), bound).astype(np.int32)
+    overrides = codes < NO_MATERIAL
+    if not overrides.any():
+        return renumbered(codes, used)
+    bound = renumbered(np.where(overrides, overriding(codes), codes), used)
+    return np.where(overrides, overriding(bound), bound).astype(np.int32)
 
 
 def _too_much(branches: Branches, planned: Plan, origins: Origins) -> list[Diagnostic]:

@@ -17,7 +17,7 @@ from compiler.transforms import compose, compose_many
 from dsl.scene import Step
 
 # Lanes worked on at once: few enough that their matrices stay in the caches.
-_CHUNK = 32768
+_CHUNK = 12288
 # Chains of more lanes are composed when they are needed, and not held in double-double.
 _LARGE = 8192
 # A low part below this fraction of its number is less than the rounding of `translation_low`.
@@ -40,18 +40,16 @@ class Frames:
 
     def __init__(self, chains: Sequence[Chain], table: Table) -> None:
         self._chains = chains
-        self._parent = np.frombuffer(table.frame_parent, dtype=np.int64)
-        self._chain = np.frombuffer(table.frame_chain, dtype=np.int64)
-        self._lane = np.frombuffer(table.frame_lane, dtype=np.int64)
-        self._leaf_frame = np.frombuffer(table.leaf_frame, dtype=np.int64)
+        self._parent = np.frombuffer(table.frame_parent, dtype=np.int32)
+        self._chain = np.frombuffer(table.frame_chain, dtype=np.int32)
+        self._lane = np.frombuffer(table.frame_lane, dtype=np.int32)
+        self._leaf_frame = np.frombuffer(table.leaf_frame, dtype=np.int32)
         self._large = np.array([chain.count > _LARGE for chain in chains], dtype=bool)
         self._pool, self._first = self._pooled()
-        self._inner = np.full(len(self._parent), -1)
         parents = np.zeros(len(self._parent), dtype=bool)
         parents[self._parent[self._parent >= 0]] = True
-        inner = np.flatnonzero(parents)
-        self._inner[inner] = np.arange(len(inner))
-        self._outer = self._inner_placements(inner)
+        self._inner = np.flatnonzero(parents)
+        self._outer = self._inner_placements(self._inner)
 
     def chunks(self) -> Iterator[Chunk]:
         """All leaves, some at a time."""
@@ -82,11 +80,15 @@ class Frames:
         if (parent < 0).all():
             return own
         if (parent == parent[0]).all():
-            return self._outer.take(int(self._inner[parent[0]])) @ own
+            return self._outer.take(int(self._outer_lane(parent[0]))) @ own
         placed = np.flatnonzero(parent >= 0)
         free = np.flatnonzero(parent < 0)
-        product = self._outer.take(self._inner[parent[placed]]) @ own.take(placed)
+        product = self._outer.take(self._outer_lane(parent[placed])) @ own.take(placed)
         return scatter_placements([(product, placed), (own.take(free), free)], len(frame))
+
+    def _outer_lane(self, frame: Integers) -> Integers:
+        """Where `_outer` holds the placement of a frame that has frames in it."""
+        return np.searchsorted(self._inner, frame)
 
     def _pool_lane(self, frame: Integers) -> Integers:
         """Where the pool holds a frame's own placement; lane 0 is the identity, for frame -1."""
@@ -124,7 +126,8 @@ class Frames:
             else:
                 parts.append((self._pool.take(self._pool_lane(frames[where])), where))
         known = scatter_placements(parts, len(frames))
-        above = np.where(self._parent[frames] < 0, -1, self._inner[self._parent[frames]])
+        parents = self._parent[frames]
+        above = np.where(parents < 0, -1, self._outer_lane(parents))
         with np.errstate(all="ignore"):
             while (above >= 0).any():
                 rest = np.flatnonzero(above >= 0)

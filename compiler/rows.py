@@ -112,13 +112,15 @@ def first_uses(numbers: Integers, count: int) -> Integers:
 def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.int32]:
     """Each number replaced by its place in `used`; negative ones stay."""
     used = np.asarray(used, dtype=np.int64)
-    place = np.zeros(int(used.max(initial=0)) + 1, dtype=np.int64)
+    place = np.zeros(int(used.max(initial=0)) + 1, dtype=np.int32)
     place[used] = np.arange(len(used))
-    return np.where(numbers < 0, numbers, place[np.maximum(numbers, 0)]).astype(np.int32)
+    found = place[np.maximum(numbers, 0)]
+    np.copyto(found, numbers, where=numbers < 0, casting="same_kind")
+    return found
 
 
 def _column(column: Sequence[int]) -> Integers:
-    return np.frombuffer(column, dtype=np.int64)  # type: ignore[call-overload,no-any-return]
+    return np.frombuffer(column, dtype=np.int32)  # type: ignore[call-overload,no-any-return]
 
 
 def _numbered(rows: Rows, affected: Integers) -> Rows:

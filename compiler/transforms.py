@@ -14,13 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler.affine import IDENTITY, STILL, Affine, Placement, scatter_placements
 from compiler.angles import sin_cos
-from compiler.double_double import ONE, ZERO, DoubleDouble, FloatArray, Part
+from compiler.double_double import ONE, ZERO, DoubleDouble, Part
 from compiler.vectors import cross, dot, leveled, leveling, unit
 from dsl.scene import Step, StepKind
 
@@ -28,13 +29,15 @@ Matrix3 = list[list[DoubleDouble]]
 
 _NO_TRANSLATION = (ZERO, ZERO, ZERO)
 _TWO = DoubleDouble.of(2.0)
+_TWICE = np.float64(2.0)
+_FOUR = np.float64(4.0)
 # Lanes that are worth sorting.
 _MANY = 256
 # A determinant this small against the sum of its terms is rounding noise.
 _NOISE = 2.0**-98
 
 
-def elementary(kind: StepKind, values: FloatArray) -> Placement:
+def elementary(kind: StepKind, values: NDArray[np.floating[Any]]) -> Placement:
     """The map of one step and its inverse; `values` `(k,)` or `(n, k)` as `StepKind` lists them.
 
     Where the map has no inverse, or cannot be made (a zero axis), entries are not finite.
@@ -129,14 +132,15 @@ def _elementary_lanes(steps: Sequence[Step]) -> Placement:
     return scatter_placements(parts, len(steps)) if parts else STILL
 
 
-def _columns(values: FloatArray) -> list[Part]:
+def _columns(values: NDArray[np.floating[Any]]) -> list[Part]:
     """The values of a step, each a scalar where it is the same for the whole batch."""
     if values.ndim == 1:
         return [np.float64(v) for v in values]
     columns: list[Part] = []
     for column in values.T:
         same = len(column) > 0 and bool((column == column[0]).all())
-        columns.append(np.float64(column[0]) if same else np.ascontiguousarray(column))
+        whole = np.float64(column[0]) if same else np.ascontiguousarray(column, np.float64)
+        columns.append(whole)
     return columns
 
 
@@ -181,6 +185,41 @@ def _rotate(values: list[Part]) -> Placement:
     zx, xz = across(2, 0, 1)
     yz, zy = across(1, 2, 0)
     return _rigid([[diagonal(0), xy, xz], [yx, diagonal(1), yz], [zx, zy, diagonal(2)]])
+
+
+def _orient(values: list[Part]) -> Placement:
+    """M = 1 + 2w K + 2K², K = [v]×, which is a rotation if q = (v, w) has length 1.
+
+    On the axis M is 1; in the plane across, where K² = -v², it is the complex number
+    1 - 2v² + 2w|v|i of square m = 1 + 4v²(q² - 1). Hence M⁻¹ = 1 - (2w/m) K + ((4q² - 2)/m) K².
+    """
+    x, y, z, w = _exact(values)
+    xx, yy, zz = _short(x * x), _short(y * y), _short(z * z)
+    products = _short(y * z), _short(z * x), _short(x * y)
+    squares = yy + zz, zz + xx, xx + yy
+    across = squares[0] + xx
+    square = across + _short(w * w)
+    m = ONE + (across * (square - ONE)).scaled(_FOUR)
+    turn, bend = w.scaled(_TWICE), (square.scaled(_FOUR) - _TWO) / m
+
+    def linear(
+        turns: Sequence[DoubleDouble], bends: Callable[[DoubleDouble], DoubleDouble]
+    ) -> Matrix3:
+        (a, b, c), (yz, zx, xy) = turns, map(bends, products)
+        p, q, r = (ONE - bends(square) for square in squares)
+        return [[p, xy - c, zx + b], [xy + c, q, yz - a], [zx - b, yz + a, r]]
+
+    there = [_short(v * turn) for v in (x, y, z)]
+    back = turn / m
+    return Placement(
+        Affine.of(linear(there, lambda e: e.scaled(_TWICE)), _NO_TRANSLATION),
+        Affine.of(linear([-(v * back) for v in (x, y, z)], lambda e: e * bend), _NO_TRANSLATION),
+    )
+
+
+def _short(exact: DoubleDouble) -> DoubleDouble:
+    """The same without a low part that is nothing: products of floats are doubles."""
+    return exact if np.any(exact.lo) else DoubleDouble(exact.hi)
 
 
 def _rigid(linear: Matrix3) -> Placement:
@@ -242,6 +281,7 @@ _MAKERS: dict[StepKind, Callable[[list[Part]], Placement]] = {
     StepKind.TRANSLATE: _translate,
     StepKind.SCALE: _scale,
     StepKind.ROTATE: _rotate,
+    StepKind.ORIENT: _orient,
     StepKind.SHEAR: _shear,
     StepKind.REFLECT: _reflect,
     StepKind.MATRIX: _matrix,

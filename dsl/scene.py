@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import field, fields
 from enum import StrEnum
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ class StepKind(StrEnum):
     TRANSLATE = "translate"  # x y z
     SCALE = "scale"  # x y z
     ROTATE = "rotate"  # axis x y z, angle in degrees, right-handed
+    ORIENT = "orient"  # quaternion x y z w, 1 + 2w[v]× + 2[v]×² as in USD: near unit, a rotation
     SHEAR = "shear"  # xy xz yx yz zx zy: x' = x + xy·y + xz·z, and so on
     REFLECT = "reflect"  # normal x y z of the mirror plane through the origin
     MATRIX = "matrix"  # 12 numbers, 3x4 row by row
@@ -63,11 +64,11 @@ class StepKind(StrEnum):
 class Step:
     """One elementary map, or its exact inverse.
 
-    `values` has shape `(k,)`, or `(n, k)` for a batch of n.
+    `values` has shape `(k,)`, or `(n, k)` for a batch of n; of a batch they may be floats or halfs.
     """
 
     kind: StepKind
-    values: FloatArray
+    values: NDArray[np.floating[Any]]
     inverse: bool = False
 
 

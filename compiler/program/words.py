@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from compiler import ir
+from compiler.transforms import elementary
 from dsl.scene import (
     DEFAULT_MATERIAL,
     MATERIAL_PARAMETERS,
@@ -106,6 +107,10 @@ def _map(kind: StepKind, v: list[float]) -> str:
             return call(f"rotate_{'xyz'[v.index(1.0)]}", f"{number(v[3])}deg")
         case StepKind.ROTATE:
             return call("rotate", axis=vector(v[:3]), angle=f"{number(v[3])}deg")
+        case StepKind.ORIENT:
+            rows = np.empty((3, 4))
+            elementary(kind, np.array(v)).forward.round_into(rows[None])
+            return _matrix(rows.ravel().tolist())
         case StepKind.SHEAR:
             names = ("xy", "xz", "yx", "yz", "zx", "zy")
             named = {n: number(x) for n, x in zip(names, v, strict=True) if x != 0.0}

@@ -19,15 +19,11 @@ from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_transforms
 from compiler.usd.report import Report
 from compiler.usd.sheets import is_flat, pressed
-from compiler.usd.xform import unit_quaternions
+from compiler.usd.xform import UNIT_SLACK, unit_quaternions
 from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Origin, Step, StepKind, Transform
 
 if TYPE_CHECKING:
     from compiler.usd.traverse import Frame, Inherited, Traversal
-
-
-BLOCK = 1 << 14
-"""Orientations worked on at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,9 +31,9 @@ class Points:
     """The arrays of an instancer that can be used.
 
     `prototypes` `(n,)`, `positions` `(n, 3)`, `scales` `(n, 3)` or None, `orientations` `(n, 4)`
-    imaginary part first or None, these in the types that were authored; `usable` `(n,)`: neither
-    masked nor faulty; `exact` `(n, 12)` are the matrices of all instances in double precision,
-    instead of the rest.
+    imaginary part first and near unit or None, these in the types that were authored; `usable`
+    `(n,)`: neither masked nor faulty; `exact` `(n, 12)` are the matrices of all instances in double
+    precision, instead of the rest.
     """
 
     prototypes: IntArray
@@ -51,18 +47,12 @@ class Points:
         """Scale, orientation and position of the chosen instances."""
         if self.exact is not None:
             return (Step(StepKind.MATRIX, self.exact[chosen]),)
-        if self.orientations is None:
-            moved = Step(StepKind.TRANSLATE, _doubles(self.positions[chosen]))
-            if self.scales is None:
-                return (moved,)
-            return (Step(StepKind.SCALE, _doubles(self.scales[chosen])), moved)
-        # One matrix of all three is what usd-core rounds to, and takes two thirds of the memory.
-        matrices = _rotations(self.orientations[chosen])
-        if self.scales is not None:
-            rows = matrices.reshape(-1, 3, 4)
-            rows[:, :, :3] *= self.scales[chosen][:, None, :]
-        matrices[:, 3::4] = self.positions[chosen]
-        return (Step(StepKind.MATRIX, matrices),)
+        arrays = (
+            (StepKind.SCALE, self.scales),
+            (StepKind.ORIENT, self.orientations),
+            (StepKind.TRANSLATE, self.positions),
+        )
+        return tuple(Step(kind, each[chosen]) for kind, each in arrays if each is not None)
 
     @property
     def flat(self) -> NDArray[np.bool_]:
@@ -146,7 +136,7 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     if scales is not None and len(scales):
         arrays["scales"] = scales
     if orientations is not None and len(orientations):
-        arrays["orientations"] = orientations
+        arrays["orientations"] = _near_unit(orientations)
     for name, array in arrays.items():
         if len(array) != count:
             message = f"{len(array)} `{name}` for {count} instances: those without are left out"
@@ -209,24 +199,12 @@ def _doubles(array: NDArray[Any]) -> FloatArray:
     return array.astype(np.float64)
 
 
-def _rotations(quaternions: NDArray[Any]) -> FloatArray:
-    """Matrices `(n, 12)` of quaternions `(n, 4)`; in blocks, for those fit into a cache."""
-    matrices = np.zeros((len(quaternions), 12))
-    for start in range(0, len(quaternions), BLOCK):
-        rows = slice(start, start + BLOCK)
-        _rotation_matrices(unit_quaternions(_doubles(quaternions[rows])), matrices[rows])
-    return matrices
-
-
-def _rotation_matrices(quaternions: FloatArray, into: FloatArray) -> None:
-    """Matrices `(n, 12)`, 3x4 row by row, by the formula that usd-core uses (no division)."""
-    x, y, z, w = np.ascontiguousarray(quaternions.T)
-    into[:, 0] = 1.0 - 2.0 * (y * y + z * z)
-    into[:, 1] = 2.0 * (x * y - z * w)
-    into[:, 2] = 2.0 * (z * x + y * w)
-    into[:, 4] = 2.0 * (x * y + z * w)
-    into[:, 5] = 1.0 - 2.0 * (z * z + x * x)
-    into[:, 6] = 2.0 * (y * z - x * w)
-    into[:, 8] = 2.0 * (z * x - y * w)
-    into[:, 9] = 2.0 * (y * z + x * w)
-    into[:, 10] = 1.0 - 2.0 * (y * y + x * x)
+def _near_unit(quaternions: NDArray[Any]) -> NDArray[Any]:
+    """The same where all are near unit, else doubles of which those that are not are made so."""
+    squared = np.zeros(len(quaternions))
+    for column in quaternions.T:
+        squared += np.square(column, dtype=np.float64)
+    if (np.abs(squared - 1.0) <= UNIT_SLACK).all():
+        return quaternions
+    with np.errstate(over="ignore", invalid="ignore"):  # those that are not finite are left out
+        return unit_quaternions(_doubles(quaternions))

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dsl.scene import FloatArray, Step, StepKind, Transform
+from dsl.scene import Step, StepKind, Transform
 from runtime.reference.number import Array, Number, apply, cross
 
 
@@ -65,7 +67,7 @@ def affine_maps(transform: Transform, index: int, number: Number) -> list[Affine
     return maps
 
 
-def affine_map(step: Step, values: FloatArray, number: Number) -> Affine:
+def affine_map(step: Step, values: NDArray[np.floating[Any]], number: Number) -> Affine:
     """One step with one set of values `(k,)`, none of which make it singular."""
     v = number.array(values)
     one, zero = number.array(np.eye(3)), number.array(np.zeros((3, 1)))
@@ -79,6 +81,11 @@ def affine_map(step: Step, values: FloatArray, number: Number) -> Affine:
         case StepKind.ROTATE:
             linear = rotation(v[:3], *number.sine_cosine(float(values[3])), number)
             inverse = linear.T
+        case StepKind.ORIENT:
+            x, y, z, w = v
+            across = np.array([[0 * x, -z, y], [z, 0 * x, -x], [-y, x, 0 * x]])
+            linear = one + 2 * w * across + 2 * (across @ across)
+            inverse = inverse_of(linear)
         case StepKind.SHEAR:
             linear = one.copy()
             linear[[0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1]] = v
@@ -125,7 +132,7 @@ def unit(v: Array, number: Number) -> Array:
     return direction
 
 
-def is_singular(kind: StepKind, values: FloatArray) -> bool:
+def is_singular(kind: StepKind, values: NDArray[np.floating[Any]]) -> bool:
     """Whether a map has no inverse, or no meaning; decided in exact arithmetic."""
     if not np.isfinite(values).all():
         return True
@@ -135,6 +142,9 @@ def is_singular(kind: StepKind, values: FloatArray) -> bool:
             return 0 in exact
         case StepKind.ROTATE | StepKind.REFLECT:
             return not any(exact[:3])
+        case StepKind.ORIENT:
+            across = sum(x * x for x in exact[:3])
+            return 1 + 4 * across * (across + exact[3] ** 2 - 1) == 0
         case StepKind.SHEAR:
             one, (xy, xz, yx, yz, zx, zy) = Fraction(1), exact
             return determinant([one, xy, xz], [yx, one, yz], [zx, zy, one]) == 0

@@ -50,6 +50,10 @@ def _exact(step: Step) -> mpmath.matrix:
             k = mpmath.matrix([[0, -z, y, 0], [z, 0, -x, 0], [-y, x, 0, 0], [0, 0, 0, 0]])
             angle = v[3] * mpmath.pi / 180
             result += mpmath.sin(angle) * k + (1 - mpmath.cos(angle)) * (k * k)
+        case StepKind.ORIENT:
+            x, y, z, w = v
+            k = mpmath.matrix([[0, -z, y, 0], [z, 0, -x, 0], [-y, x, 0, 0], [0, 0, 0, 0]])
+            result += 2 * w * k + 2 * (k * k)
         case StepKind.SHEAR:
             places = ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
             for place, value in zip(places, v, strict=True):
@@ -120,6 +124,13 @@ def steps(draw: st.DrawFn) -> Step:
     elif kind == StepKind.LOOK_AT:
         eye = draw(st.lists(size, min_size=3, max_size=3))
         values = [*eye, eye[0] + draw(size), eye[1] + 0.1 * draw(size), eye[2], 0.0, 1.0, 0.0]
+    elif kind == StepKind.ORIENT:
+        angle = draw(st.floats(min_value=-np.pi, max_value=np.pi))
+        axis = np.array(draw(st.lists(size, min_size=3, max_size=3)))
+        imaginary = np.sin(angle) / np.linalg.norm(axis) * axis
+        numbers = np.append(imaginary, np.cos(angle))
+        # As halves, floats and doubles hold it: of length 1 but for their rounding.
+        values = numbers.astype(draw(st.sampled_from(["f2", "f4", "f8"]))).tolist()
     else:
         values = draw(st.lists(size, min_size=3, max_size=3))
         if kind == StepKind.ROTATE:
@@ -280,6 +291,7 @@ def test_a_long_mixed_chain_is_exact_to_its_rounding() -> None:
         _step("matrix", *[0.1, 0.2, 0.3, 0, 0.2, 0.4, 0.6, 0, 1, 0, 0, 0]),
         _step("reflect", 0, 0, 0),
         _step("rotate", 0, 0, 0, 10),
+        _step("orient", 0.5, 0.5, 0, 0),
         _step("look_at", 1, 1, 1, 1, 1, 1, 0, 1, 0),
         _step("look_at", 0, 0, 0, 0, 1, 0, 0, 2, 0),
         _step("translate", np.nan, 0, 0),

@@ -135,6 +135,10 @@ def _matrix(step: Step, row: int) -> Matrix:
         matrix[:3, :3] = np.diag(values)
     elif step.kind is StepKind.MATRIX:
         matrix[:3] = values.reshape(3, 4)
+    elif step.kind is StepKind.ORIENT:
+        (x, y, z), w = values[:3].astype(float), float(values[3])
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        matrix[:3, :3] += 2.0 * w * cross + 2.0 * cross @ cross
     else:
         assert step.kind is StepKind.ROTATE
         x, y, z = values[:3] / np.linalg.norm(values[:3])

@@ -214,7 +214,7 @@ def test_all_constant_inputs_are_read(load: Callable[..., Any]) -> None:
     assert (found.opacity_threshold, found.ior, found.diffuse) == (0.0625, 2.0, GREY)
 
 
-def test_textures_are_replaced_by_their_fallback_and_reported(load: Callable[..., Any]) -> None:
+def test_where_textures_are_not_used_their_fallback_is_the_color(load: Callable[..., Any]) -> None:
     imported = load(f"""
 def Cube "c" ({BINDABLE}) {{
     {bound("/m")}
@@ -228,7 +228,8 @@ def Shader "map" {{
 }}
 """)
     assert imported.leaves[0].material.diffuse == (1.0, 0.5, 0.25)
-    assert imported.said("comes from a network").primary.place.prim == "/m/shader"
+    (texture,) = imported.leaves[0].material.textures
+    assert texture.fallback == (1.0, 0.5, 0.25, 1.0)
 
 
 def test_unknown_surfaces_and_dangling_bindings_are_drawn_in_the_default(
