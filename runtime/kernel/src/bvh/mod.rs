@@ -78,25 +78,6 @@ impl Child {
         Child(number | Child::LEAF | Child::ITEM)
     }
 
-    /// Children as lanes move them: as the bits of numbers that nobody computes with.
-    #[inline(always)]
-    pub fn as_lanes(children: &[Child]) -> &[f32] {
-        // SAFETY: a child is a u32, of the size and alignment of an f32, and any bits are one.
-        unsafe { std::slice::from_raw_parts(children.as_ptr().cast(), children.len()) }
-    }
-
-    /// One of [`Child::as_lanes`].
-    #[inline(always)]
-    pub fn to_lane(self) -> f32 {
-        f32::from_bits(self.0)
-    }
-
-    /// Back from [`Child::to_lane`].
-    #[inline(always)]
-    pub fn from_lane(lane: f32) -> Child {
-        Child(lane.to_bits())
-    }
-
     /// Whether it is a node.
     #[inline(always)]
     pub fn is_node(self) -> bool {

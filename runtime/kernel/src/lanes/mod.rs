@@ -76,23 +76,6 @@ pub trait Lanes:
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the first `WIDTH` numbers of a slice. Panics if it is shorter.
     fn store(self, to: &mut [Self::Scalar]);
-    /// Writes the lanes that the mask has to the front of a slice, and whatever to what follows of
-    /// the first `WIDTH`. Panics if the slice is shorter.
-    #[inline(always)]
-    fn compress(self, mask: Self::Mask, to: &mut [Self::Scalar]) {
-        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
-        self.store(&mut lanes);
-        let to = &mut to[..Self::WIDTH];
-        let mut place = 0;
-        for (lane, &x) in lanes[..Self::WIDTH].iter().enumerate() {
-            to[place] = x;
-            place += (mask.bits() >> lane & 1) as usize;
-            if place == Self::WIDTH {
-                break;
-            }
-        }
-    }
-
     /// self·a + b, rounded once.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// b − self·a, rounded once.

@@ -2,19 +2,28 @@
 use crate::bvh::{Child, WIDTH};
 use crate::lanes::{Lanes, Mask};
 
-/// Nodes, leaves and items, and where the ray enters their boxes.
+/// A node, leaf or item, and where the ray enters its box.
+#[derive(Clone, Copy)]
+struct Entry {
+    near: f32,
+    child: Child,
+}
+
+/// Nodes, leaves and items, the next one on top.
 pub struct Stack {
-    nears: Vec<f32>,
-    /// Bits of [`Child`].
-    children: Vec<f32>,
+    /// Those from `len` on are room.
+    entries: Vec<Entry>,
     len: usize,
 }
 
 impl Stack {
     pub fn new() -> Stack {
+        let room = Entry {
+            near: 0.0,
+            child: Child::ROOT,
+        };
         Stack {
-            nears: vec![0.0; 128],
-            children: vec![0.0; 128],
+            entries: vec![room; 128],
             len: 0,
         }
     }
@@ -34,12 +43,11 @@ impl Stack {
     fn reserve(&mut self) {
         #[cold]
         #[inline(never)]
-        fn grow(numbers: &mut Vec<f32>) {
-            numbers.resize(2 * numbers.len(), 0.0);
+        fn grow(entries: &mut Vec<Entry>) {
+            entries.resize(2 * entries.len(), entries[0]);
         }
-        if self.len + WIDTH > self.nears.len() {
-            grow(&mut self.nears);
-            grow(&mut self.children);
+        if self.len + WIDTH > self.entries.len() {
+            grow(&mut self.entries);
         }
     }
 
@@ -47,14 +55,18 @@ impl Stack {
     #[inline(always)]
     pub fn push(&mut self, child: Child) {
         self.reserve();
-        self.nears[self.len] = f32::NEG_INFINITY;
-        self.children[self.len] = child.to_lane();
+        self.entries[self.len] = Entry {
+            near: f32::NEG_INFINITY,
+            child,
+        };
         self.len += 1;
     }
 
     /// Those of up to eight that are met, the nearest on top unless any hit will do.
     ///
-    /// Mostly there is none or one: that is done without a branch, which could not be predicted.
+    /// One by one, each inserted among the few before it. Compressing them onto the stack
+    /// without a branch is slower: what comes next then waits for the mask, where a
+    /// predicted branch lets the next node be fetched before that is known.
     #[inline(always)]
     pub fn push_met<L: Lanes<Scalar = f32>, const ANY: bool>(
         &mut self,
@@ -62,28 +74,28 @@ impl Stack {
         children: &[Child],
         met: L::Mask,
     ) {
+        let mut met = met.bits();
+        if met == 0 {
+            return;
+        }
         self.reserve();
-        let (nears, places) = (
-            &mut self.nears[self.len..][..WIDTH],
-            &mut self.children[self.len..][..WIDTH],
-        );
-        near.compress(met, nears);
-        L::load(Child::as_lanes(children)).compress(met, places);
-        let count = met.bits().count_ones() as usize;
-        self.len += count;
-        if !ANY && count > 1 {
-            // By insertion, for there seldom are more than three.
-            for i in 1..count.min(WIDTH) {
-                let (x, child) = (nears[i], places[i]);
-                let mut j = i;
-                while j > 0 && x > nears[j - 1] {
-                    nears[j] = nears[j - 1];
-                    places[j] = places[j - 1];
-                    j -= 1;
-                }
-                nears[j] = x;
-                places[j] = child;
+        let mut nears = [0.0; WIDTH];
+        near.store(&mut nears);
+        let base = self.len;
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize;
+            met &= met - 1;
+            let near = nears[lane];
+            let mut place = self.len;
+            while !ANY && place > base && near > self.entries[place - 1].near {
+                self.entries[place] = self.entries[place - 1];
+                place -= 1;
             }
+            self.entries[place] = Entry {
+                near,
+                child: children[lane],
+            };
+            self.len += 1;
         }
     }
 
@@ -94,9 +106,7 @@ impl Stack {
             return None;
         }
         self.len -= 1;
-        Some((
-            self.nears[self.len],
-            Child::from_lane(self.children[self.len]),
-        ))
+        let Entry { near, child } = self.entries[self.len];
+        Some((near, child))
     }
 }
