@@ -84,6 +84,15 @@ impl<'a> Rays<'a> {
         }
     }
 
+    /// [`Ray::t_min`] of ray number `i`.
+    #[inline(always)]
+    pub fn t_min(&self, i: usize) -> f64 {
+        match *self {
+            Rays::Records(rays) => rays[i].t_min,
+            Rays::Columns { t_min, .. } => bounds(t_min, i..i + 1)[0],
+        }
+    }
+
     /// Some of the rays.
     pub fn part(&self, range: Range<usize>) -> Rays<'a> {
         match *self {

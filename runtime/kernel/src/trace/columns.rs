@@ -1,5 +1,5 @@
 //! W rays by coordinate, and whether they are worth a packet.
-use super::precision::Halves;
+use super::precision::{Halves, PacketMask};
 use crate::bvh::NormalSpace;
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, each, halves};
@@ -113,9 +113,9 @@ impl<I: Isa> RayColumns<I> {
         }
     }
 
-    /// Whether all of them can hit anything at all.
-    #[cfg(test)]
-    pub fn are_valid(&self) -> bool {
+    /// Those that can hit anything at all.
+    #[inline(always)]
+    pub fn valid(&self) -> PacketMask<I> {
         let infinity = I::F64::splat(f64::INFINITY);
         let zero = I::F64::zero();
         let [low, high] = halves!(|h| {
@@ -126,7 +126,7 @@ impl<I: Isa> RayColumns<I> {
             let directed = u.gt(zero) | v.gt(zero) | w.gt(zero);
             finite & directed & self.t_min[h].lt(self.t_max[h])
         });
-        (low & high).all()
+        I::join(low, high)
     }
 
     /// Whether they are worth a packet: within a tenth of a turn or so of the first, and starting

@@ -10,6 +10,7 @@ mod level;
 mod on_triangle;
 mod packet;
 mod precision;
+mod roots;
 mod single;
 mod stack;
 mod surface;
@@ -48,12 +49,12 @@ impl Nearest {
 
     /// What a user is told: t, which rounding may have brought to t_min, is beyond that.
     #[inline(always)]
-    fn found(&self, ray: &Ray) -> Found {
+    fn found(&self, t_min: f64) -> Found {
         if self.leaf < 0 {
             return Found::NOTHING;
         }
         Found {
-            t: self.t.max(ray.t_min.next_up()),
+            t: self.t.max(t_min.next_up()),
             instance: self.leaf,
             primitive: self.triangle,
         }
@@ -69,16 +70,6 @@ impl Nearest {
         }
         taken
     }
-}
-
-/// Whether a ray can hit anything at all.
-#[inline(always)]
-fn is_valid(ray: &Ray) -> bool {
-    let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
-    finite(&ray.origin)
-        && finite(&ray.direction)
-        && ray.direction.iter().any(|&x| x != 0.0)
-        && ray.t_min < ray.t_max
 }
 
 /// Which rays go as packets.
@@ -118,7 +109,7 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
                 #[cfg(test)]
                 Bundling::Never => false,
                 #[cfg(test)]
-                Bundling::Always => lanes.are_valid(),
+                Bundling::Always => lanes.valid().all(),
             };
             if bundled {
                 if A::ANY {
@@ -129,16 +120,15 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
                 self.answers.set_packet(first, &lanes, &packet);
                 continue;
             }
-            for i in first..first + lanes.len {
-                let ray = self.rays.get(i);
-                let nearest = if !is_valid(&ray) {
-                    Nearest::none(ray.t_max)
-                } else if A::ANY {
-                    single.trace::<true>(&ray)
+            single.take(&lanes);
+            for lane in 0..lanes.len {
+                let nearest = if A::ANY {
+                    single.trace::<true>(lane)
                 } else {
-                    single.trace::<false>(&ray)
+                    single.trace::<false>(lane)
                 };
-                self.answers.set(i, &ray, nearest);
+                self.answers
+                    .set(first + lane, self.rays.t_min(first + lane), nearest);
             }
         }
     }
@@ -149,7 +139,8 @@ trait Answers {
     /// Whether any hit does.
     const ANY: bool;
 
-    fn set(&mut self, i: usize, ray: &Ray, nearest: Nearest);
+    /// For ray number `i`, which looks for hits beyond `t_min`.
+    fn set(&mut self, i: usize, t_min: f64, nearest: Nearest);
 
     /// For the rays from number `first` on.
     fn set_packet<I: Isa, F: Precision>(
@@ -165,8 +156,8 @@ impl Answers for FoundColumns<'_> {
     const ANY: bool = false;
 
     #[inline(always)]
-    fn set(&mut self, i: usize, ray: &Ray, nearest: Nearest) {
-        let found = nearest.found(ray);
+    fn set(&mut self, i: usize, t_min: f64, nearest: Nearest) {
+        let found = nearest.found(t_min);
         self.t[i] = found.t;
         self.instance[i] = found.instance;
         self.primitive[i] = found.primitive;
@@ -214,7 +205,7 @@ impl Answers for &mut [bool] {
     const ANY: bool = true;
 
     #[inline(always)]
-    fn set(&mut self, i: usize, _: &Ray, nearest: Nearest) {
+    fn set(&mut self, i: usize, _: f64, nearest: Nearest) {
         self[i] = nearest.leaf >= 0;
     }
 

@@ -1,27 +1,28 @@
 //! One ray at a time, against eight boxes at a time.
 use super::Nearest;
+use super::columns::RayColumns;
 use super::level::Target;
 use super::precision::{
     Precision, block_ray, intersect_block, intersect_shape, restrict_block_ray,
 };
+use super::roots::Roots;
 use super::stack::Stack;
 use crate::bvh::{Child, LARGEST_LEAF, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, axes, each};
-use crate::ray::Ray;
 use crate::scene::{Geometry, Group, InstanceBlock, Mesh, Scene};
 
 /// The ray in the space of a tree.
 #[derive(Clone, Copy)]
-struct TreeRay {
-    origin: [f32; 3],
-    direction: [f32; 3],
-    node_ray: NodeRay<f32>,
+pub(super) struct TreeRay {
+    pub origin: [f32; 3],
+    pub direction: [f32; 3],
+    pub node_ray: NodeRay<f32>,
     /// The tree's parameter of world t is (t − start)·per_rate.
-    start: f64,
-    per_rate: f64,
-    after: f32,
-    before: f32,
+    pub start: f64,
+    pub per_rate: f64,
+    pub after: f32,
+    pub before: f32,
 }
 
 impl TreeRay {
@@ -92,7 +93,7 @@ impl<L: Lanes<Scalar = f32>> BoxLanes<L> {
                 L::load(&node.planes[i + 3 * usize::from(!self.descending[i])][first..])
             });
             let (near, far) = self.node_ray.interval(entry, exit, self.after, self.before);
-            stack.push_met::<L, ANY>(near, &node.children[first..], near.le(far));
+            stack.push_lanes::<L, ANY>(near.le(far), near, &node.children[first..]);
         }
     }
 }
@@ -111,6 +112,7 @@ struct Level<'s> {
 /// Stacks, kept from ray to ray.
 pub(super) struct Single<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
+    roots: Roots,
     above: Vec<Level<'s>>,
     stack: Stack,
     t_min: f64,
@@ -122,6 +124,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     pub fn new(scene: &'s Scene<F>) -> Self {
         Single {
             scene,
+            roots: Roots::default(),
             above: Vec::new(),
             stack: Stack::new(),
             t_min: 0.0,
@@ -130,14 +133,39 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         }
     }
 
-    /// The nearest hit of a valid ray; with ANY, whichever is found first.
+    /// Takes rays, which are then traced one at a time.
     #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, ray: &Ray) -> Nearest {
+    pub fn take(&mut self, rays: &RayColumns<I>) {
+        self.roots.take(rays, &self.scene.groups[0]);
+    }
+
+    /// The nearest hit of a ray that was taken; with ANY, whichever is found first.
+    #[inline(always)]
+    pub fn trace<const ANY: bool>(&mut self, ray: usize) -> Nearest {
+        let root = &self.scene.groups[0];
+        let [t_min, t_max] = self.roots.interval(ray);
+        self.t_min = t_min;
+        self.nearest = Nearest::none(t_max);
+        if !self.roots.is_valid(ray) {
+            return self.nearest;
+        }
         self.stack.clear();
+        let meets = self.roots.push_met::<ANY>(ray, root, &mut self.stack);
+        if !meets && root.unbounded.is_empty() {
+            return self.nearest;
+        }
+        for &offset in &root.unbounded {
+            self.stack.push(Child::item(offset));
+        }
         self.above.clear();
-        self.t_min = ray.t_min;
-        self.nearest = Nearest::none(ray.t_max);
-        let mut level = self.enter(LevelRays::from_ray(ray), &self.scene.groups[0], 0);
+        let (ray, tree_ray) = self.roots.ray(ray);
+        let mut level = Level {
+            ray,
+            tree_ray,
+            group: root,
+            first_leaf: 0,
+            stack_base: 0,
+        };
         loop {
             while let Some(offset) = self.next_item::<ANY>(&level) {
                 if let Some(inner) = self.visit::<ANY>(&mut level, offset) {
@@ -214,7 +242,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
                 ray.before,
             );
             self.stack
-                .push_met::<I::F32UpTo8, ANY>(near, &block.instances[first..], met);
+                .push_lanes::<I::F32UpTo8, ANY>(met, near, &block.instances[first..]);
         }
     }
 

@@ -62,30 +62,24 @@ impl Stack {
         self.len += 1;
     }
 
-    /// Those of up to eight that are met, the nearest on top unless any hit will do.
+    /// Those of up to eight whose bit is set, the nearest on top unless any hit will do.
     ///
     /// One by one, each inserted among the few before it. Compressing them onto the stack
     /// without a branch is slower: what comes next then waits for the mask, where a
     /// predicted branch lets the next node be fetched before that is known.
     #[inline(always)]
-    pub fn push_met<L: Lanes<Scalar = f32>, const ANY: bool>(
+    pub fn push_met<const ANY: bool>(
         &mut self,
-        near: L,
+        mut met: u32,
+        near: impl Fn(usize) -> f32,
         children: &[Child],
-        met: L::Mask,
     ) {
-        let mut met = met.bits();
-        if met == 0 {
-            return;
-        }
         self.reserve();
-        let mut nears = [0.0; WIDTH];
-        near.store(&mut nears);
         let base = self.len;
         while met != 0 {
             let lane = met.trailing_zeros() as usize;
             met &= met - 1;
-            let near = nears[lane];
+            let near = near(lane);
             let mut place = self.len;
             while !ANY && place > base && near > self.entries[place - 1].near {
                 self.entries[place] = self.entries[place - 1];
@@ -96,6 +90,22 @@ impl Stack {
                 child: children[lane],
             };
             self.len += 1;
+        }
+    }
+
+    /// Those of up to eight lanes that are met.
+    #[inline(always)]
+    pub fn push_lanes<L: Lanes<Scalar = f32>, const ANY: bool>(
+        &mut self,
+        met: L::Mask,
+        near: L,
+        children: &[Child],
+    ) {
+        let met = met.bits();
+        if met != 0 {
+            let mut nears = [0.0; WIDTH];
+            near.store(&mut nears);
+            self.push_met::<ANY>(met, |lane| nears[lane], children);
         }
     }
 

@@ -114,7 +114,7 @@ fn brute_force<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) ->
     }
     best.iter()
         .zip(rays)
-        .map(|(best, ray)| best.found(ray))
+        .map(|(best, ray)| best.found(ray.t_min))
         .collect()
 }
 

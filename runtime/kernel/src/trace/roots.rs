@@ -1,0 +1,172 @@
+//! W rays at the root of a scene, before they go on one at a time.
+//!
+//! What every ray has to do is done for W of them at once: they are brought into the space of the
+//! root's tree and tested with the boxes of its first node. Many meet none and are done; one that
+//! goes on finds its numbers here, the same to the last bit as if it had come alone.
+use super::columns::RayColumns;
+use super::precision::Halves;
+use super::single::TreeRay;
+use super::stack::Stack;
+use crate::bvh::{Node, NodeRay, WIDTH};
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes};
+use crate::scene::Group;
+
+/// A number of each ray.
+type Column<T> = [T; MAX_WIDTH];
+
+/// The rays, a column for each of their numbers.
+#[derive(Default)]
+pub struct Roots {
+    t_min: Column<f64>,
+    t_max: Column<f64>,
+    /// Of [`LevelRays`]; none was slid before the root.
+    origin: [Column<f64>; 3],
+    direction: [Column<f64>; 3],
+    rate: Column<f64>,
+    per_rate: Column<f64>,
+    /// Of [`TreeRay`].
+    tree_origin: [Column<f32>; 3],
+    tree_direction: [Column<f32>; 3],
+    tree_start: Column<f64>,
+    tree_per_rate: Column<f64>,
+    after: Column<f32>,
+    before: Column<f32>,
+    /// Where rays enter the boxes of the root's children.
+    near: [Column<f32>; WIDTH],
+    /// Which rays meet these, as bits.
+    met: [u32; WIDTH],
+    /// Rays that can hit anything at all, as bits.
+    valid: u32,
+}
+
+#[inline(always)]
+fn keep<I: Isa>(column: &mut Column<f64>, halves: Halves<I::F64>) {
+    halves[0].store(column);
+    halves[1].store(&mut column[I::F64::WIDTH..]);
+}
+
+impl Roots {
+    /// Takes rays to the root of a scene.
+    #[inline(always)]
+    pub fn take<I: Isa>(&mut self, rays: &RayColumns<I>, root: &Group) {
+        let space = root.tree.space;
+        let scale = I::F64::splat(space.scale);
+        let [low, high] = &rays.level;
+        let [(low_origin, low_slide), (high_origin, high_slide)] =
+            [low.in_space(&space), high.in_space(&space)];
+        let start = [
+            (low_slide / scale).mul_add(low.rate, low.start),
+            (high_slide / scale).mul_add(high.rate, high.start),
+        ];
+        let per_rate = [low.per_rate * scale, high.per_rate * scale];
+        let origin: [I::F32; 3] = axes!(|i| I::narrow(low_origin[i], high_origin[i]));
+        let direction: [I::F32; 3] = axes!(|i| I::narrow(low.direction[i], high.direction[i]));
+        let after = I::narrow(
+            (rays.t_min[0] - start[0]) * per_rate[0],
+            (rays.t_min[1] - start[1]) * per_rate[1],
+        );
+        let before = I::narrow(
+            (rays.t_max[0] - start[0]) * per_rate[0],
+            (rays.t_max[1] - start[1]) * per_rate[1],
+        );
+        self.valid = rays.valid().bits();
+        self.met = match root.tree.nodes.first() {
+            Some(node) => self.test::<I>(node, &NodeRay::new(origin, direction), after, before),
+            None => [0; WIDTH],
+        };
+        keep::<I>(&mut self.t_min, rays.t_min);
+        keep::<I>(&mut self.t_max, rays.t_max);
+        for i in 0..3 {
+            keep::<I>(&mut self.origin[i], [low.origin[i], high.origin[i]]);
+            keep::<I>(
+                &mut self.direction[i],
+                [low.direction[i], high.direction[i]],
+            );
+            origin[i].store(&mut self.tree_origin[i]);
+            direction[i].store(&mut self.tree_direction[i]);
+        }
+        keep::<I>(&mut self.rate, [low.rate, high.rate]);
+        keep::<I>(&mut self.per_rate, [low.per_rate, high.per_rate]);
+        keep::<I>(&mut self.tree_start, start);
+        keep::<I>(&mut self.tree_per_rate, per_rate);
+        after.store(&mut self.after);
+        before.store(&mut self.before);
+    }
+
+    /// Which rays meet the boxes of a node, as bits; where they enter them is kept.
+    #[inline(always)]
+    fn test<I: Isa>(
+        &mut self,
+        node: &Node,
+        rays: &NodeRay<I::F32>,
+        after: I::F32,
+        before: I::F32,
+    ) -> [u32; WIDTH] {
+        let down = rays.descending();
+        let mut met = [0; WIDTH];
+        for (child, (met, entry)) in met.iter_mut().zip(&mut self.near).enumerate() {
+            let lower = axes!(|i| I::F32::splat(node.planes[i][child]));
+            let upper = axes!(|i| I::F32::splat(node.planes[i + 3][child]));
+            let (near, far) = rays.interval(
+                axes!(|i| I::F32::select(down[i], upper[i], lower[i])),
+                axes!(|i| I::F32::select(down[i], lower[i], upper[i])),
+                after,
+                before,
+            );
+            *met = near.le(far).bits();
+            near.store(entry);
+        }
+        met
+    }
+
+    /// Whether a ray can hit anything at all.
+    #[inline(always)]
+    pub fn is_valid(&self, ray: usize) -> bool {
+        self.valid >> ray & 1 != 0
+    }
+
+    /// The bounds of a ray.
+    #[inline(always)]
+    pub fn interval(&self, ray: usize) -> [f64; 2] {
+        [self.t_min[ray], self.t_max[ray]]
+    }
+
+    /// Pushes the root's children that a ray meets; whether there are any.
+    #[inline(always)]
+    pub fn push_met<const ANY: bool>(&self, ray: usize, root: &Group, stack: &mut Stack) -> bool {
+        let mut met = 0;
+        for (child, rays) in self.met.iter().enumerate() {
+            met |= (rays >> ray & 1) << child;
+        }
+        if met != 0 {
+            let children = &root.tree.nodes[0].children;
+            stack.push_met::<ANY>(met, |child| self.near[child][ray], children);
+        }
+        met != 0
+    }
+
+    /// A ray in the space of the root, and in that of its tree.
+    #[inline(always)]
+    pub fn ray(&self, ray: usize) -> (LevelRays<f64>, TreeRay) {
+        let level = LevelRays {
+            origin: axes!(|i| self.origin[i][ray]),
+            direction: axes!(|i| self.direction[i][ray]),
+            start: 0.0,
+            rate: self.rate[ray],
+            per_rate: self.per_rate[ray],
+        };
+        let origin = axes!(|i| self.tree_origin[i][ray]);
+        let direction = axes!(|i| self.tree_direction[i][ray]);
+        let tree_ray = TreeRay {
+            origin,
+            direction,
+            node_ray: NodeRay::new(origin, direction),
+            start: self.tree_start[ray],
+            per_rate: self.tree_per_rate[ray],
+            after: self.after[ray],
+            before: self.before[ray],
+        };
+        (level, tree_ray)
+    }
+}
