@@ -36,18 +36,27 @@ def two_sum(a: Part, b: Part) -> tuple[Part, Part]:
     """The rounded sum and its exact error (Knuth, TAOCP 2, 4.2.2)."""
     s = a + b
     bb = s - a
-    return s, (a - (s - bb)) + (b - bb)
+    # a - (s - bb) + (b - bb), in place where these are arrays.
+    missed = s - bb
+    missed -= a
+    error = b - bb
+    error -= missed
+    return s, error
 
 
 def _fast_two_sum(a: Part, b: Part) -> tuple[Part, Part]:
     """As `two_sum`, for |a| ≥ |b| or a = 0 (Dekker 1971)."""
     s = a + b
-    return s, b - (s - a)
+    error = a - s  # b - (s - a), in place where these are arrays
+    error += b
+    return s, error
 
 
 def _split(a: Part) -> tuple[Part, Part]:
     """Two halves of at most 26 bits each with a = upper + lower."""
-    upper = ((a.view(np.int64) + _HALF) & _UPPER).view(np.float64)
+    bits = a.view(np.int64) + _HALF
+    bits &= _UPPER
+    upper: Part = bits.view(np.float64)
     return upper, a - upper
 
 
@@ -125,9 +134,11 @@ class DoubleDouble:
         p, e = _product(self.hi, self.halves, other.hi, other.halves)
         if not _is_nothing(other.lo):
             cross = self.hi * other.lo
-            e = e + (cross if _is_nothing(self.lo) else cross + self.lo * other.hi)
+            if not _is_nothing(self.lo):
+                cross += self.lo * other.hi
+            e += cross
         elif not _is_nothing(self.lo):
-            e = e + self.lo * other.hi
+            e += self.lo * other.hi
         return DoubleDouble(*_fast_two_sum(p, e))
 
     def __truediv__(self, other: DoubleDouble) -> DoubleDouble:

@@ -13,8 +13,7 @@ from compiler.affine import STILL, Placement, scatter_placements
 from compiler.compress import Chain
 from compiler.double_double import Part
 from compiler.expand import Integers, Table
-from compiler.transforms import compose, compose_many
-from dsl.scene import Step
+from compiler.transforms import Factor, compose, compose_many, prepared
 
 # Lanes worked on at once: few enough that their matrices stay in the caches.
 _CHUNK = 12288
@@ -25,10 +24,10 @@ _NOISE = 2.0**-80
 
 
 class Chunk(NamedTuple):
-    """Some leaves: of one large chain, or of the others (-1)."""
+    """Some leaves: of one large chain, or of the others."""
 
     leaves: slice | Integers
-    chain: int
+    chain: Factor | None
 
 
 class Frames:
@@ -60,22 +59,21 @@ class Frames:
         order = np.argsort(large, kind="stable")
         starts = np.flatnonzero(np.diff(large[order], prepend=-2))
         for start, end in zip(starts, np.append(starts[1:], len(frame)), strict=False):
+            number = int(large[order[start]])
+            factor = prepared(self._chains[number].steps) if number >= 0 else None
             for a in range(start, end, _CHUNK):
                 leaves = order[a : min(a + _CHUNK, int(end))]
                 first, last = int(leaves[0]), int(leaves[-1])
                 whole = last - first + 1 == len(leaves)
-                yield Chunk(slice(first, last + 1) if whole else leaves, int(large[first]))
+                yield Chunk(slice(first, last + 1) if whole else leaves, factor)
 
     def placements(self, chunk: Chunk) -> Placement:
         """The placements of some leaves."""
         with np.errstate(all="ignore"):
             return self._placements(self._leaf_frame[chunk.leaves], chunk.chain)
 
-    def _placements(self, frame: Integers, large: int) -> Placement:
-        if large >= 0:
-            own = _lanes(self._chains[large], self._lane[frame])
-        else:
-            own = self._pool.take(self._pool_lane(frame))
+    def _placements(self, frame: Integers, large: Factor | None) -> Placement:
+        own = _lanes(large, self._lane[frame]) if large else self._pool.take(self._pool_lane(frame))
         parent = np.where(frame < 0, -1, self._parent[frame]) if len(self._parent) else frame
         if (parent < 0).all():
             return own
@@ -122,7 +120,8 @@ class Frames:
         for chain in np.unique(large):
             where = np.flatnonzero(large == chain)
             if chain >= 0:
-                parts.append((_lanes(self._chains[chain], self._lane[frames[where]]), where))
+                factor = prepared(self._chains[chain].steps)
+                parts.append((_lanes(factor, self._lane[frames[where]]), where))
             else:
                 parts.append((self._pool.take(self._pool_lane(frames[where])), where))
         known = scatter_placements(parts, len(frames))
@@ -139,15 +138,11 @@ class Frames:
         return known
 
 
-def _lanes(chain: Chain, lanes: Integers) -> Placement:
-    """Some lanes of a batch."""
+def _lanes(chain: Factor, lanes: Integers) -> Placement:
+    """Some lanes of a chain; runs of them are views of its values."""
     if len(lanes) and (np.diff(lanes) == 1).all():
-        index: Integers | slice = slice(int(lanes[0]), int(lanes[-1]) + 1)
-    else:
-        index = lanes
-    return compose(
-        [s if s.values.ndim == 1 else Step(s.kind, s.values[index], s.inverse) for s in chain.steps]
-    )
+        return chain.lanes(slice(int(lanes[0]), int(lanes[-1]) + 1))
+    return chain.lanes(lanes)
 
 
 def matrices(

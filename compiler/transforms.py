@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compiler.affine import IDENTITY, STILL, Affine, Placement, scatter_placements
+from compiler.affine import IDENTITY, STILL, Affine, Lanes, Placement, scatter_placements
 from compiler.angles import sin_cos
 from compiler.double_double import ONE, ZERO, DoubleDouble, Part
 from compiler.vectors import cross, dot, leveled, leveling, unit
@@ -48,12 +48,7 @@ def elementary(kind: StepKind, values: NDArray[np.floating[Any]]) -> Placement:
 
 def compose(steps: Sequence[Step]) -> Placement:
     """The chain of `steps`, the first applied to the object first; batched if any step is."""
-    with np.errstate(all="ignore"):
-        factors = [_factor(step) for step in steps]
-        while len(factors) > 1:
-            pairs = [b @ a for a, b in zip(factors[::2], factors[1::2], strict=False)]
-            factors = pairs + factors[len(pairs) * 2 :]
-        return factors[0].in_lanes() if factors else STILL
+    return prepared(steps).lanes(slice(None))
 
 
 def compose_many(chains: Sequence[Sequence[Step]]) -> Placement:
@@ -75,34 +70,70 @@ def compose_many(chains: Sequence[Sequence[Step]]) -> Placement:
     return lanes
 
 
-@dataclass(frozen=True, slots=True)
-class _Factor:
-    """Part of a batch's chain, with few lanes where the batch has few different ones.
+class Factor(Protocol):
+    """A chain, or a part of one, that is composed in any of the lanes of its batch."""
 
-    Lane i of the batch is lane `place[i]` of the placement; without a `place` they are the same,
-    and if it `varies` not at all, its only lane is that of the whole batch.
-    """
+    def lanes(self, index: Lanes) -> Placement:
+        """The placements in some lanes; a single one if it holds for all."""
+
+
+def prepared(steps: Sequence[Step]) -> Factor:
+    """The chain of `steps` with all done that need not be done in every lane."""
+    with np.errstate(all="ignore"):
+        factors = [_factor(step) for step in steps] or [_Few(STILL)]
+        while len(factors) > 1:
+            pairs = [_times(b, a) for a, b in zip(factors[::2], factors[1::2], strict=False)]
+            factors = pairs + factors[len(pairs) * 2 :]
+        return factors[0]
+
+
+@dataclass(frozen=True, slots=True)
+class _Few:
+    """Lane i of the batch is lane `place[i]` of the placement; without a `place` all are alike."""
 
     placement: Placement
     place: NDArray[np.int64] | None = None
-    varies: bool = True
 
-    def __matmul__(self, other: _Factor) -> _Factor:
-        if not (self.varies and other.varies) or self.place is other.place:
-            varying = self if self.varies else other
-            return _Factor(self.placement @ other.placement, varying.place, varying.varies)
-        return _Factor(self.in_lanes() @ other.in_lanes())
-
-    def in_lanes(self) -> Placement:
-        """The placement with the lanes of the batch."""
-        return self.placement if self.place is None else self.placement.take(self.place)
+    def lanes(self, index: Lanes) -> Placement:
+        return self.placement if self.place is None else self.placement.take(self.place[index])
 
 
-def _factor(step: Step) -> _Factor:
+@dataclass(frozen=True, slots=True)
+class _Each:
+    """A step with values of its own in every lane."""
+
+    step: Step
+
+    def lanes(self, index: Lanes) -> Placement:
+        step = self.step
+        return _placement(Step(step.kind, step.values[index], step.inverse))
+
+
+@dataclass(frozen=True, slots=True)
+class _Product:
+    outer: Factor
+    inner: Factor
+
+    def lanes(self, index: Lanes) -> Placement:
+        with np.errstate(all="ignore"):
+            return self.outer.lanes(index) @ self.inner.lanes(index)
+
+
+def _times(outer: Factor, inner: Factor) -> Factor:
+    """The product: now if one of the two is the same in every lane, else when it is asked for."""
+    if isinstance(outer, _Few) and isinstance(inner, _Few):
+        if inner.place is None:
+            return _Few(outer.placement @ inner.placement, outer.place)
+        if outer.place is None:
+            return _Few(outer.placement @ inner.placement, inner.place)
+    return _Product(outer, inner)
+
+
+def _factor(step: Step) -> Factor:
     """One step of a batch: loops turn by few angles many times, and sorting costs little."""
     values = step.values
     if values.ndim == 1:
-        return _Factor(_placement(step), varies=False)
+        return _Few(_placement(step))
     if (
         step.kind is StepKind.ROTATE
         and len(values) >= _MANY
@@ -112,8 +143,8 @@ def _factor(step: Step) -> _Factor:
         bits = np.ascontiguousarray(values[:, 3]).view(np.int64)
         _, first, place = np.unique(bits, return_index=True, return_inverse=True)
         if 2 * len(first) < len(values):
-            return _Factor(_placement(Step(step.kind, values[first], step.inverse)), place)
-    return _Factor(_placement(step))
+            return _Few(_placement(Step(step.kind, values[first], step.inverse)), place)
+    return _Each(step)
 
 
 def _placement(step: Step) -> Placement:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dsl import scene
-from dsl.lanes import Sequential, among, as_objects
+from dsl.lanes import Sequential, among, as_objects, of_lanes
 from dsl.scene import IntArray
 from dsl.spans import Span
 from dsl.values import Choice, Object, Objects, Part, Value
@@ -31,12 +31,9 @@ def _moved(part: Part, transform: scene.Transform) -> Part:
         part.steps and len(part.steps) + _run_length(part.child) >= _LONG
     ):
         raise Sequential
-    steps = tuple(
-        step
-        if step.values.ndim == 1
-        else scene.Step(step.kind, step.values[part.lanes], step.inverse)
-        for step in transform.steps
-    )
+    steps = transform.steps
+    if not np.array_equal(part.lanes, np.arange(transform.count or 0)):
+        steps = tuple(of_lanes(step, part.lanes) for step in steps)
     return replace(part, steps=part.steps + steps)
 
 

@@ -91,7 +91,7 @@ def varies(value: Any) -> bool:
 def among(part: Part, kept: NDArray[np.bool_], lanes: IntArray) -> Part:
     """The part in those of its lanes that are kept, under new numbers."""
     numbers = None if part.numbers is None else part.numbers[kept]
-    steps = tuple(_of_lanes(step, kept) for step in part.steps)
+    steps = tuple(of_lanes(step, kept) for step in part.steps)
     return Part(lanes, part.child, steps, part.origin, numbers)
 
 
@@ -333,7 +333,8 @@ def _split(value: Any) -> Iterator[Any]:
             raise Sequential
 
 
-def _of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Step:
+def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Step:
+    """The step in some lanes."""
     if step.values.ndim == 1:
         return step
     return scene.Step(step.kind, step.values[lanes], step.inverse)
