@@ -15,6 +15,8 @@ from typing import Any
 
 from pxr import Ar, Sdf, Tf
 
+from compiler.usd.nesting import nests_too_deep
+
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 _CLIP_PATHS = ("assetPaths", "manifestAssetPath", "templateAssetPath")
 
@@ -33,6 +35,9 @@ def outside(path: str, root: Path) -> Iterator[tuple[str, str, str]]:
         if found in seen or not Sdf.FileFormat.FindByExtension(found):
             continue
         seen.add(found)
+        if nests_too_deep(found):
+            yield namer or words, words, "which nests too deep to be read"
+            continue
         try:
             layer = Sdf.Layer.FindOrOpen(found)
         except Tf.ErrorException:

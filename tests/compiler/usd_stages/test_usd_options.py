@@ -247,10 +247,24 @@ def test_a_stage_that_takes_too_long_ends_at_the_deadline(car: Path) -> None:
 
 def test_a_stage_at_which_usd_core_crashes_is_an_error(tmp_path: Path) -> None:
     depth = 100_000
-    stage = tmp_path / "deep.usda"
-    stage.write_text("#usda 1.0\n" + 'def "a" {\n' * depth + "}\n" * depth)
+    deep, stage = tmp_path / "deep.usda", tmp_path / "stage.usda"
+    deep.write_text("#usda 1.0\n" + 'def "a" {\n' * depth + "}\n" * depth)
+    stage.write_text("#usda 1.0\n(\n    subLayers = [@deep.usda@]\n)\n")
     _, (fault,) = import_stage(stage, isolation=Isolation())
     assert (fault.code, fault.severity) == ("usd-crash", "error")
+    _, (fault,) = import_stage(stage, options=StageOptions(root=tmp_path))
+    assert fault.code == "usd-outside"
+    assert "nests too deep" in fault.message
+
+
+@pytest.mark.parametrize("opening", ['def "a" {', "{dictionary a = ", "(", "["])
+def test_text_that_nests_too_deep_is_not_read(tmp_path: Path, opening: str) -> None:
+    stage = tmp_path / "deep.usda"
+    # The last levels are in another block than the first.
+    stage.write_text(f"#usda 1.0\n{opening * 4000}{' ' * (1 << 23)}{opening * 4000}")
+    _, (fault,) = import_stage(stage)
+    assert (fault.code, fault.severity) == ("usd-open", "error")
+    assert "5000 levels" in fault.message
 
 
 def test_a_stage_that_needs_too_much_memory_is_an_error(tmp_path: Path) -> None:
