@@ -39,10 +39,11 @@ def read_light(
         relationship = prim.GetRelationship(name)
         if relationship and relationship.HasAuthoredTargets():
             report.add("usd-light", f"`{name}` of lights is not used", path)
-    if prim.HasAPI(UsdLux.ShapingAPI) and any(
-        name.startswith("inputs:shaping:") for name in prim.GetAuthoredPropertyNames()
-    ):
-        report.add("usd-light", "the shaping of lights is not used", path)
+    if prim.HasAPI(UsdLux.ShapingAPI):
+        cone = clock.number(prim.GetAttribute("inputs:shaping:cone:angle"), 90.0)
+        if cone < 180.0 and kind != "DistantLight":
+            message = "`inputs:shaping:cone:angle` is not used: lights shine to all sides"
+            report.add("usd-light", message, path)
     if kind == "DistantLight":
         return _sun(prim, emission, world_from_light, clock, origin)
     if kind == "SphereLight":

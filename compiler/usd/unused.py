@@ -23,6 +23,7 @@ _LIGHT = {
     "inputs:exposure",
     "inputs:intensity",
     "inputs:normalize",
+    "inputs:shaping:cone:angle",
     "light:filters",
     "light:shaderId",
 }
@@ -173,7 +174,6 @@ _OF_ALL = {
     "xformOpOrder",
 }
 _ELSEWHERE = (
-    "inputs:shaping:",
     "material:binding",
     "physics:",
     "primvars:skel:",

@@ -315,6 +315,30 @@ def Camera "cam" {
     assert imported.paths() == ["/model/c", "/skin", "/model/c@/p[0]"]
 
 
+def test_what_shapes_lights_is_named_one_by_one(load: Callable[..., Any]) -> None:
+    imported = load("""
+def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
+    float inputs:shaping:cone:softness = 0.5
+    float inputs:shaping:focus = 2
+}
+def SphereLight "bare" (prepend apiSchemas = ["ShapingAPI"]) {
+    float inputs:shaping:cone:angle = 180
+}
+def DomeLight_1 "sky" {
+    uniform token poleAxis = "Y"
+}
+def RectLight "panel" {
+    asset inputs:texture:file = @panel.png@
+}
+""")
+    for name, path in (
+        ("cone:angle", "/spot"), ("cone:softness", "/spot"), ("focus", "/spot"),
+        ("poleAxis", "/sky"), ("texture:file", "/panel"), ("balls of their size", "/panel"),
+    ):  # fmt: skip
+        assert imported.said(name).primary.place.prim == path
+    assert len(imported.diagnostics) == 6
+
+
 def test_instance_roots_may_be_primitives_and_instancers(load: Callable[..., Any]) -> None:
     imported = load("""
 class Cube "_c" {

@@ -110,7 +110,6 @@ NO_PICTURE = ("collection:", "physics:", "ui:", "drive:", "limit:", "semantics:"
 """Namespaces that no picture depends on, or that say nothing on their own."""
 
 IN_OTHER_WORDS = {
-    "inputs:shaping": "the shaping of lights",
     "skel:": "skeleton",
     "primvars:skel:": "skeleton",
 }
