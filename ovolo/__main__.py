@@ -39,6 +39,8 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; what a user does wrong never raises."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    # No command multiplies large matrices: threads for it would cost half of NumPy's import.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # A stream that was closed before is None: what is written there is for nobody.
     sys.stdout = sys.stdout or io.StringIO()
     sys.stderr = sys.stderr or io.StringIO()
