@@ -134,8 +134,10 @@ class Appearance:
 
     def binding(self, prim: Any) -> Binding | None:
         """The binding of a prim; fastest if `resolve` saw the prim before."""
-        self.resolve([prim])
-        return self._bindings[prim.GetPath()]
+        path = prim.GetPath()
+        if path not in self._bindings:
+            self.resolve([prim])
+        return self._bindings[path]
 
     def attributes(self, prim: Any) -> frozenset[str]:
         """The attributes that the materials of a mesh, and of subsets of its faces, read."""

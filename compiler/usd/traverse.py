@@ -200,9 +200,9 @@ class Traversal:
         visible, purpose = above.visible, above.purpose
         imageable = UsdGeom.Imageable(prim)
         if imageable:
-            visible = visible and (
-                self.clock.token(imageable.GetVisibilityAttr()) != UsdGeom.Tokens.invisible
-            )
+            attribute = imageable.GetVisibilityAttr()
+            if visible and attribute.HasAuthoredValue():
+                visible = self.clock.token(attribute) != UsdGeom.Tokens.invisible
             attribute = imageable.GetPurposeAttr()
             if attribute.HasAuthoredValue():
                 purpose = self.clock.token(attribute) or purpose
