@@ -122,7 +122,9 @@ def _resident() -> int:
 
 
 def _peak() -> int:
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # `ru_maxrss` of a process begins with what its parent had.
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
 def _plot(rows: list[Import], path: str) -> None:
