@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.conditioning import Leaves, Units, leaves, units
 from benchmarks.random_scenes import Rays, random_rays, random_scene
-from compiler.flatten import flatten
+from benchmarks.rates import compiled
 from compiler.ir import KINDS, SceneIR
 from dsl.scene import FloatArray, IntArray, SceneGraph
 from runtime._kernel import Kernel
@@ -78,10 +78,8 @@ class Judge:
         self.name = name
         self.graph = graph
         self.interpreter = ReferenceTracer(graph, number="longdouble")
-        ir = flatten(graph, lambda file: (None, [])).ir
-        assert ir is not None
-        self.ir: SceneIR = ir
-        self.leaves: Leaves = leaves(ir)
+        self.ir: SceneIR = compiled(graph)
+        self.leaves: Leaves = leaves(self.ir)
 
     def interpreted(self, rays: Rays) -> Answer:
         """The truth; the material as the IR's number of an equal one."""
@@ -112,7 +110,7 @@ class Judge:
         excused = self.undecidable(rays, rays_in_doubt, truth, traced, precision)
         tally.undecided += int(excused.sum())
         for ray in rays_in_doubt[~excused].tolist():
-            tally.wrong.append(self.describe(rays, ray, truth, traced, precision))
+            tally.wrong.append(self.describe(ray, truth, traced, precision))
         bound = [self.interpreter.materials[m].diffuse for m in truth.material[agreed]]
         if bound and not np.array_equal(bound, self.ir.materials["diffuse"][material[agreed]]):
             tally.wrong.append(f"{self.name}: materials differ")
@@ -221,7 +219,7 @@ class Judge:
         """The linear part of `world_from_object` of the leaves hit, `(n, 3, 3)`."""
         return self.leaves.world_from_object[hits.leaf, :, :3]
 
-    def describe(self, rays: Rays, ray: int, truth: Answer, traced: Answer, precision: str) -> str:
+    def describe(self, ray: int, truth: Answer, traced: Answer, precision: str) -> str:
         """A disagreement, to be reproduced."""
 
         def said(answer: Answer) -> str:

@@ -27,8 +27,8 @@ from benchmarks.conditioning import EPSILON
 from benchmarks.exact_cases import GROUPS, Case, random_case
 from benchmarks.exact_maps import Affine, forward
 from benchmarks.exact_roots import Number, along, dot, mp
+from benchmarks.rates import compiled
 from benchmarks.truth import Hit, Solid, first_hit
-from compiler.flatten import flatten
 from dsl.scene import FloatArray, Group, Instances, SceneGraph, Transform
 from runtime.tracer import Hits, Tracer
 
@@ -110,8 +110,7 @@ def judge(case: Case, tallies: dict[str, Tally], name: str) -> None:
     shapes = (shape for shape, _ in case.parts)
     parts = [Part(Solid(shape), back) for shape, back in zip(shapes, case.backs, strict=True)]
     placed = tuple(Instances(shape, Transform(steps)) for shape, steps in case.parts)
-    ir = flatten(SceneGraph(Group(placed)), lambda file: (None, [])).ir
-    assert ir is not None
+    ir = compiled(SceneGraph(Group(placed)))
     found = {
         precision: Tracer(ir, precision).trace(case.origins, case.directions)
         for precision in ("float32", "float64")

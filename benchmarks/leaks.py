@@ -173,7 +173,6 @@ def bounce(
     precision: Precision,
     rays: int,
     seed: int = 0,
-    isa: str | None = None,
 ) -> Leaks:
     """Bounce that many rays in one scene; those that are lost start again."""
     scale, far = PLACES[place]

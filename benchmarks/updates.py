@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.rates import compiled
 from benchmarks.scenes import block_mesh
-from compiler.flatten import flatten
 from compiler.ir import SceneIR
 from dsl.scene import FloatArray, Instances, SceneGraph, Step, StepKind, Transform
 from runtime.tracer import Tracer
@@ -28,9 +28,7 @@ def scene(shift: FloatArray) -> SceneIR:
     x, z = np.mgrid[0:100, 0:100].reshape(2, -1)
     places = np.stack([x, 0 * x, z], 1) * 1.5 + shift
     child = Instances(block_mesh(), Transform((Step(StepKind.TRANSLATE, places),)))
-    ir = flatten(SceneGraph(child), lambda file: (None, [])).ir
-    assert ir is not None
-    return ir
+    return compiled(SceneGraph(child))
 
 
 def measure() -> Iterator[tuple[str, float]]:

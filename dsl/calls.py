@@ -54,7 +54,7 @@ class Site:
 
 
 def assign(
-    name: str, parameters: Sequence[str], given: Sequence[Given], span: Span, form: Form
+    name: str, parameters: Sequence[str], given: Sequence[Given], form: Form
 ) -> dict[str, Given]:
     """The argument for each parameter that has one; faults for those that fit nowhere."""
     named = bool(given) and given[-1].argument.name is not None  # those without a name come first
@@ -120,7 +120,7 @@ def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
 
     if len(builtin.signatures) > 1:
         _check_together(builtin, names, given)
-    taken = assign(builtin.name, names, given, site.span, form)
+    taken = assign(builtin.name, names, given, form)
     values: list[Any] = []
     for parameter in signature.parameters:
         if (found := taken.get(parameter.name)) is not None:

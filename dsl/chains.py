@@ -148,7 +148,7 @@ def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) ->
                  for p in definition.parameters)  # fmt: skip
         return f"it is called as `{definition.name}({', '.join(words)})`"
 
-    taken = assign(definition.name, names, given, span, form)
+    taken = assign(definition.name, names, given, form)
     for parameter in definition.parameters:
         if parameter.default is None and parameter.name not in taken:
             raise Fault(

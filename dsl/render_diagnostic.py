@@ -165,7 +165,7 @@ def _excerpt(
     for line, label in placed:
         text = line.before + line.marked + line.after
         start, width = len(line.before), len(line.marked)
-        text, start = _window(text, start, width)
+        text, start = _window(text, start)
         cells = _cells(text)
         if line.number != shown:
             if shown and line.number > shown + 1:
@@ -183,7 +183,7 @@ def _excerpt(
     return lines
 
 
-def _window(text: str, start: int, width: int) -> tuple[str, int]:
+def _window(text: str, start: int) -> tuple[str, int]:
     """A long line cut around the marked place, and where that begins in it."""
     if len(text) <= _WINDOW:
         return text, start

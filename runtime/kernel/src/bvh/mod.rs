@@ -36,7 +36,7 @@ impl Node {
             [f32::NEG_INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
         ],
-        children: [Child(0); WIDTH],
+        children: [Child::ROOT; WIDTH],
     };
 
     /// Sets child `i`.
@@ -76,6 +76,12 @@ impl Child {
     pub fn item(number: u32) -> Child {
         debug_assert!(number < Child::ITEM);
         Child(number | Child::LEAF | Child::ITEM)
+    }
+
+    /// Whether it refers to nothing: nobody has the root as a child.
+    #[inline(always)]
+    pub fn is_unused(self) -> bool {
+        self == Child::ROOT
     }
 
     /// Whether it is a node.

@@ -67,6 +67,9 @@ impl Stack {
     /// One by one, each inserted among the few before it. Compressing them onto the stack
     /// without a branch is slower: what comes next then waits for the mask, where a
     /// predicted branch lets the next node be fetched before that is known.
+    ///
+    /// Unused children are passed over: infinite numbers of a ray very far away make NaN with
+    /// those of their empty boxes, and NaN yields to what else bounds the interval.
     #[inline(always)]
     pub fn push_met<const ANY: bool>(
         &mut self,
@@ -79,6 +82,9 @@ impl Stack {
         while met != 0 {
             let lane = met.trailing_zeros() as usize;
             met &= met - 1;
+            if children[lane].is_unused() {
+                continue;
+            }
             let near = near(lane);
             let mut place = self.len;
             while !ANY && place > base && near > self.entries[place - 1].near {

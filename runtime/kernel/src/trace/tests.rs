@@ -447,3 +447,33 @@ proptest! {
         a_round_mesh_is_nearly_a_sphere::<f64>(&rays);
     }
 }
+
+#[test]
+fn rays_that_overflow_in_the_space_of_a_tree_end() {
+    let small = Instance {
+        prototype: MESH,
+        angle: 0.0,
+        scale: [1.0; 3],
+        place: [0.0; 3],
+    };
+    let past = |distance: f64, direction: [f64; 3]| Ray {
+        origin: [distance; 3],
+        direction,
+        t_min: 0.0,
+        t_max: f64::INFINITY,
+    };
+    let rays: Vec<Ray> = [1e9, 1e12, 1e30, 1e200]
+        .into_iter()
+        .flat_map(|distance| {
+            [[-1.0, -0.0, -0.0], [0.0, -1.0, 1e-40], [1e-300, 0.0, 1.0]]
+                .map(|direction| past(distance, direction))
+        })
+        .collect();
+    for set in InstructionSet::available() {
+        let scene = scene::<f32>(arrays(&[small.clone()], 1.0), set);
+        for bundling in [Bundling::Never, Bundling::Always] {
+            let found = found(&scene, Rays::Records(&rays), bundling);
+            assert!(found.iter().all(|found| *found == Found::NOTHING));
+        }
+    }
+}
