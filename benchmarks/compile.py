@@ -12,7 +12,8 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+
+from benchmarks.process import Used, ovolo
 
 PLOT = Path(__file__).parent.parent / "docs" / "compile-time.png"
 GROWTH = (10**3, 10**4, 10**5, 10**6, 10**7)
@@ -46,15 +47,7 @@ def lines(count: int) -> str:
 PROGRAMS: dict[str, Callable[[int], str]] = {"loop": loop, "lines": lines}
 
 
-class Figures(NamedTuple):
-    """Wall and CPU seconds from text to IR, and the peak of memory meanwhile, in bytes."""
-
-    wall: float
-    cpu: float
-    peak: int
-
-
-def measure(program: str, count: int) -> Figures:
+def measure(program: str, count: int) -> Used:
     """Compile one program of `PROGRAMS`."""
     from dataclasses import replace
 
@@ -67,40 +60,29 @@ def measure(program: str, count: int) -> Figures:
     ir = compile_text(text, limits=limits).ir
     figures = time.perf_counter() - wall, time.process_time() - cpu
     assert abs(len(ir.instance_target) / count - 1) < 0.03
-    return Figures(*figures, 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    return Used(*figures, 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
-def apart(program: str, count: int, repeat: int = 3) -> Figures:
+def apart(program: str, count: int, repeat: int = 3) -> Used:
     """The least figures of several processes."""
     words = [sys.executable, "-m", "benchmarks.compile", program, str(count)]
     runs = []
     for _ in range(repeat):
         answer = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
-        runs.append(Figures(float(answer[0]), float(answer[1]), int(answer[2])))
-    return Figures(*map(min, zip(*runs, strict=True)))
+        runs.append(Used(float(answer[0]), float(answer[1]), int(answer[2])))
+    return Used(*map(min, zip(*runs, strict=True)))
 
 
-def empty_check() -> Figures:
+def empty_check() -> Used:
     """The whole process `ovolo check` of an empty file."""
-    import os
     import tempfile
 
-    best = Figures(float("inf"), float("inf"), 0)
-    # As installed: the first of the runs leaves compiled modules for the others.
-    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     with tempfile.NamedTemporaryFile(suffix=".ovo") as file:
-        for _ in range(10):
-            start = time.perf_counter()
-            words = [sys.executable, "-m", "ovolo", "check", file.name]
-            process = subprocess.Popen(words, env=environment)
-            _, _, used = os.wait4(process.pid, 0)
-            process.returncode = 0
-            wall, cpu = time.perf_counter() - start, used.ru_utime + used.ru_stime
-            best = Figures(min(best.wall, wall), min(best.cpu, cpu), 1024 * used.ru_maxrss)
-    return best
+        runs = [ovolo("check", file.name) for _ in range(10)]
+    return Used(*map(min, zip(*runs, strict=True)))
 
 
-def plot(counts: list[int], figures: list[Figures]) -> None:
+def plot(counts: list[int], figures: list[Used]) -> None:
     """Draw seconds over instances, and the line on which they would be proportional."""
     import matplotlib
 
@@ -120,7 +102,7 @@ def plot(counts: list[int], figures: list[Figures]) -> None:
     figure.savefig(PLOT)
 
 
-def row(name: str, figures: Figures) -> str:
+def row(name: str, figures: Used) -> str:
     """A row of the table."""
     return f"| {name} | {figures.wall:.3g} s | {figures.cpu:.3g} s | {figures.peak / 1e6:,.0f} MB |"
 
