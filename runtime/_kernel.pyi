@@ -12,7 +12,7 @@ __all__ = ["Kernel", "__version__", "instruction_sets"]
 
 __version__: str
 
-Image = NDArray[np.uint8] | NDArray[np.float32]
+_Image = NDArray[np.uint8] | NDArray[np.float32]
 
 def instruction_sets() -> list[str]:
     """Names of the instruction sets this CPU can run, best first; the last is "portable"."""
@@ -35,7 +35,7 @@ class Kernel:
         ir: SceneIR,
         precision: str,
         isa: str | None = None,
-        images: Sequence[Image | dict[tuple[int, int], Image] | None] | None = None,
+        images: Sequence[_Image | dict[tuple[int, int], _Image] | None] | None = None,
     ) -> Kernel: ...
     def updated(self, ir: SceneIR) -> Kernel:
         """The kernel for another scene, with the precision and instruction set of this one.

@@ -470,7 +470,7 @@ fn rays_that_overflow_in_the_space_of_a_tree_end() {
         })
         .collect();
     for set in InstructionSet::available() {
-        let scene = scene::<f32>(arrays(&[small.clone()], 1.0), set);
+        let scene = scene::<f32>(arrays(std::slice::from_ref(&small), 1.0), set);
         for bundling in [Bundling::Never, Bundling::Always] {
             let found = found(&scene, Rays::Records(&rays), bundling);
             assert!(found.iter().all(|found| *found == Found::NOTHING));
