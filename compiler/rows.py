@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -119,8 +120,8 @@ def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.
     return found
 
 
-def _column(column: Sequence[int]) -> Integers:
-    return np.frombuffer(column, dtype=np.int32)  # type: ignore[call-overload,no-any-return]
+def _column(column: array[int]) -> Integers:
+    return np.frombuffer(column, dtype=np.int32)
 
 
 def _numbered(rows: Rows, affected: Integers) -> Rows:

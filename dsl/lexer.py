@@ -200,7 +200,7 @@ class _Lexer:
         return "fault", None
 
     def number(self, word: str, start: int) -> _Word:
-        digits = _DIGITS.match(word)[0]  # type: ignore[index]
+        digits = _DIGITS.findall(word)[0]
         unit, middle = word[len(digits) :], start + len(digits)
         kind, value = "number", float(digits)
         if unit in UNITS:

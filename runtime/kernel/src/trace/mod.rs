@@ -255,6 +255,16 @@ impl<F: Precision> Scene<F> {
         };
         dispatch(self.set, batch);
     }
+
+    fn surfaces_of(&self, rays: &[Ray], found: impl Fn(usize) -> Found, hits: &mut [Hit]) {
+        let surfaces = SurfacesOf {
+            scene: self,
+            rays,
+            found,
+            hits,
+        };
+        dispatch(self.set, surfaces);
+    }
 }
 
 /// Rays whose hits are found before their surfaces are computed: they stay in the cache meanwhile.
@@ -278,13 +288,7 @@ impl<F: Precision> Trace for Scene<F> {
                 instance: instance[i],
                 primitive: primitive[i],
             };
-            let surfaces = SurfacesOf {
-                scene: self,
-                rays,
-                found,
-                hits,
-            };
-            dispatch(self.set, surfaces);
+            self.surfaces_of(rays, found, hits);
         }
     }
 
@@ -311,13 +315,7 @@ impl<F: Precision> Find for Scene<F> {
 
     fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]) {
         assert!(rays.len() == found.len() && rays.len() == hits.len());
-        let surfaces = SurfacesOf {
-            scene: self,
-            rays,
-            found: |i| found[i],
-            hits,
-        };
-        dispatch(self.set, surfaces);
+        self.surfaces_of(rays, |i| found[i], hits);
     }
 }
 
