@@ -139,10 +139,10 @@ class Appearance:
             self.resolve([prim])
         return self._bindings[path]
 
-    def attributes(self, prim: Any) -> frozenset[str]:
-        """The attributes that the materials of a mesh, and of subsets of its faces, read."""
+    def attributes(self, prim: Any, own: Binding | None) -> frozenset[str]:
+        """The attributes that a mesh's `own` material and those of subsets of its faces read."""
         subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
-        bound = map(self.binding, [prim, *(subset.GetPrim() for subset in subsets)])
+        bound = [own, *(self.binding(subset.GetPrim()) for subset in subsets)]
         textures = [texture for each in bound if each for texture in each.material.textures]
         return frozenset(texture.attribute for texture in textures)
 
@@ -237,12 +237,3 @@ def _purpose(source: Any) -> str:
     if parts[2:3] == ["collection"]:
         return parts[3] if len(parts) == 5 else ""
     return parts[2] if len(parts) == 3 else ""
-
-
-def has_collection_bindings(prim: Any) -> bool:
-    """Whether a prim binds materials by collections, which single out prims below it by path."""
-    return any(
-        name.startswith("material:binding:collection")
-        for name in prim.GetAuthoredPropertyNames()
-        if name.startswith("material:binding")
-    )

@@ -10,11 +10,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
-from compiler.usd.schema import KINDS, type_of
+from compiler.usd.schema import KINDS
 from compiler.usd.solids import checked, read_bevel, read_solid
 from compiler.usd.tapered import capsule, frustum
 from compiler.usd.xform import rotation
@@ -190,8 +189,3 @@ class Gprims:
         # The rectangle's x comes from y for a plane that faces X: there the length runs along y.
         sizes = (length, width) if axis == "X" else (width, length)
         return self._shape(ShapeKind.RECTANGLE, sizes), _FROM_Y[axis]
-
-
-def is_unsupported(prim: Any) -> bool:
-    """Whether a prim has a surface or volume that is not drawn; types with a reader come first."""
-    return bool(prim.IsA(UsdGeom.Boundable) and type_of(prim) not in ("SkelRoot", "Skeleton"))

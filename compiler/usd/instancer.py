@@ -23,7 +23,8 @@ from compiler.usd.xform import UNIT_SLACK, unit_quaternions
 from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Origin, Step, StepKind, Transform
 
 if TYPE_CHECKING:
-    from compiler.usd.traverse import Frame, Inherited, Traversal
+    from compiler.usd.prims import Inherited
+    from compiler.usd.traverse import Frame, Traversal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,8 +92,8 @@ def point_batches(
     points = _read(instancer, traversal.clock, traversal.report)
     if points is None:
         return []
-    origin = traversal.origin(prim, frame, point=True)
-    material = traversal.material(prim, frame)
+    origin = traversal.origin(prim.GetPath(), frame, point=True)
+    material = traversal.material(prim, inherited, frame)
     batches: list[Node] = []
     targets = instancer.GetPrototypesRel().GetForwardedTargets()
     flat_rows = points.flat

@@ -20,11 +20,12 @@ from compiler.usd.framing import Framing, read_framing
 from compiler.usd.lights import read_light
 from compiler.usd.opening import open_stage, sentence
 from compiler.usd.options import PURPOSES, StageOptions
+from compiler.usd.prims import Inherited
 from compiler.usd.refinement import coarsening
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
 from compiler.usd.settings import included_purposes, read_settings, render_settings
-from compiler.usd.traverse import Inherited, Traversal
+from compiler.usd.traverse import Traversal
 from compiler.usd.xform import world_matrix, world_steps
 from dsl.diagnostics import Diagnostic
 from dsl.scene import Group, Instances, Node, Origin, SceneGraph, Settings, Transform

@@ -7,22 +7,23 @@ its base (the root of the innermost native instance), and say nothing about what
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdSkel
+from pxr import Sdf, Usd
 
-from compiler.usd.appearance import Appearance, Base, has_collection_bindings
+from compiler.usd.appearance import Appearance, Base, Binding
 from compiler.usd.clock import Clock
 from compiler.usd.curves import read_curves, read_points
 from compiler.usd.draw_modes import draw_stand_in, stand_in
-from compiler.usd.gprims import Gprims, is_unsupported
+from compiler.usd.gprims import Gprims
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
 from compiler.usd.options import KNOWN_PURPOSES, PURPOSES, StageOptions
+from compiler.usd.prims import Inherited, PrimType, PrimTypes
 from compiler.usd.report import Report
 from compiler.usd.round import Round
-from compiler.usd.schema import type_of
 from compiler.usd.sheets import is_singular, pressed
 from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.unused import Unused
@@ -39,17 +40,6 @@ LEVELS = 1000
 DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
-
-
-@dataclass(frozen=True, slots=True)
-class Inherited:
-    """What a prim passes on to those below it."""
-
-    visible: bool = True
-    purpose: str = "default"
-    collections: bool = False  # whether a material collection above may single out prims
-    prototype: bool = False  # whether a point instancer above draws it
-    skeletal: bool = False  # whether it is a SkelRoot, or below one
 
 
 @dataclass(slots=True)
@@ -73,10 +63,15 @@ class Frame:
 class Visit:
     """A prim on the way: `below` collects the nodes of its children, last child first.
 
-    `mode` is the draw mode that shows the prim and those below it by something else.
+    `names` are the prim's authored properties; `mode` is the draw mode that shows it and those
+    below it by something else.
     """
 
     prim: Any
+    path: Sdf.Path
+    type: PrimType
+    names: list[str]
+    instance: bool
     parent: int
     inherited: Inherited
     mode: str = ""
@@ -103,6 +98,7 @@ class Traversal:
         self.appearance = Appearance(clock, report)
         self._options = options
         self._shown = options.purposes or PURPOSES
+        self._types = PrimTypes()
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._round = Round()
@@ -115,12 +111,13 @@ class Traversal:
         """What a prim passes on, from all its ancestors and itself."""
         result = Inherited()
         for path in prim.GetPath().GetPrefixes():
-            result = self._inherit(result, self.stage.GetPrimAtPath(path))
+            each = self.stage.GetPrimAtPath(path)
+            names = each.GetAuthoredPropertyNames()
+            result = result.passed_on(each, self._types.of(each), names, self.clock)
         return result
 
-    def origin(self, prim: Any, frame: Frame, point: bool = False) -> Origin:
-        """The origin of an edge that `prim` made."""
-        path = prim.GetPath()
+    def origin(self, path: Sdf.Path, frame: Frame, point: bool = False) -> Origin:
+        """The origin of an edge that the prim at `path` made."""
         return Origin(PrimPlace(self.name, str(path)), frame.base.label(path), point=point)
 
     def walk(self, root: Any, above: Inherited, base: Base, *, inside: bool = False) -> Frame:
@@ -130,8 +127,9 @@ class Traversal:
         self.appearance.resolve(
             visit.prim
             for visit in visits
-            if visit.inherited.visible
-            and (visit.prim.IsInstance() or visit.prim.IsA(UsdGeom.Imageable))
+            if visit.inherited.bound
+            and visit.inherited.visible
+            and (visit.instance or visit.type.imageable)
         )
         for visit in visits[1:] if inside else visits:
             self._draw(visit, frame)
@@ -145,8 +143,10 @@ class Traversal:
                 break
             if not items:
                 continue
-            steps, reset = local_steps(visit.prim, self.clock, self.report)
-            placed = _placed(items, steps) if steps else items
+            placed, reset = items, False
+            if "xformOpOrder" in visit.names:
+                steps, reset = local_steps(visit.prim, self.clock, self.report)
+                placed = _placed(items, steps) if steps else items
             if reset and not visit.prim.IsPseudoRoot():
                 reset_nodes += reversed(placed)
             elif index == 0:
@@ -158,7 +158,15 @@ class Traversal:
 
     def prototype(self, root: Any, above: Inherited, base: Base) -> tuple[Node | None, bool]:
         """One prototype of a point instancer in its own space, and whether it can be shared."""
-        above = replace(above, prototype=True)
+        # Of what it inherits in the stage, the instancer passes on nothing of materials.
+        within = self.inherited(root.GetParent())
+        above = replace(
+            above,
+            bound=within.bound,
+            colored=within.colored,
+            collections=above.collections or within.collections,
+            prototype=True,
+        )
         key = ("point", root.GetPath(), above, base)
         entry = self._entry(key, lambda: self.walk(root, above, base), root.GetPath())
         if entry is None:
@@ -178,79 +186,74 @@ class Traversal:
         depth = root.GetPath().pathElementCount
         prims = iter(Usd.PrimRange(root, PROTOTYPE if above.prototype else DRAWN))
         for prim in prims:
-            level = prim.GetPath().pathElementCount - depth
+            path = prim.GetPath()
+            level = path.pathElementCount - depth
             if level >= LEVELS:
                 message = f"prims nested more than {LEVELS} levels deep are left out"
-                self.report.add("usd-unsupported", message, prim.GetPath())
+                self.report.add("usd-unsupported", message, path)
                 prims.PruneChildren()
                 continue
+            type, names = self._types.of(prim), prim.GetAuthoredPropertyNames()
             del ancestors[level:]
             parent = ancestors[-1] if ancestors else -1
             passed = visits[parent].inherited if ancestors else above
             at_base = inside and not visits
             mode = "" if at_base else stand_in(prim)
-            inherited = passed if at_base else self._inherit(passed, prim)
-            visits.append(Visit(prim, parent, inherited, mode))
+            inherited = passed if at_base else passed.passed_on(prim, type, names, self.clock)
+            instance = prim.IsInstance()
+            visits.append(Visit(prim, path, type, names, instance, parent, inherited, mode))
             ancestors.append(len(visits) - 1)
-            if mode or (not at_base and (prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer))):
+            if mode or (not at_base and (instance or type.instancer)):
                 prims.PruneChildren()
         return visits
 
-    def _inherit(self, above: Inherited, prim: Any) -> Inherited:
-        visible, purpose = above.visible, above.purpose
-        imageable = UsdGeom.Imageable(prim)
-        if imageable:
-            attribute = imageable.GetVisibilityAttr()
-            if visible and attribute.HasAuthoredValue():
-                visible = self.clock.token(attribute) != UsdGeom.Tokens.invisible
-            attribute = imageable.GetPurposeAttr()
-            if attribute.HasAuthoredValue():
-                purpose = self.clock.token(attribute) or purpose
-        collections = above.collections or has_collection_bindings(prim)
-        skeletal = above.skeletal or prim.IsA(UsdSkel.Root)
-        return Inherited(visible, purpose, collections, above.prototype, skeletal)
-
     def _draw(self, visit: Visit, frame: Frame) -> None:
         """Make the nodes of one prim, in its own space."""
-        prim, inherited = visit.prim, visit.inherited
-        kind = type_of(prim)
-        if kind == "Camera" or prim.HasAPI(UsdLux.LightAPI):
+        prim, type, inherited = visit.prim, visit.type, visit.inherited
+        if type.kind == "Camera" or type.light:
             if self._options.surroundings:
-                frame.placed.append(frame.base.label(prim.GetPath()))
-            elif not prim.IsA(UsdGeom.Gprim):
+                frame.placed.append(frame.base.label(visit.path))
+            elif not type.gprim:
                 return
         if inherited.visible and inherited.purpose in self._shown:
-            named = self.appearance.attributes(prim) if kind in ("Mesh", "TetMesh") else ()
-            self._unused.check(prim, kind, named)
+            self._unused.check(prim, type.kind, visit.names, self._attributes(visit))
         if visit.mode:
             self._draw_stand_in(visit, frame)
             return
-        if prim.IsA(UsdGeom.PointInstancer):
+        if type.instancer:
             if inherited.visible:
                 visit.own += point_batches(self, prim, inherited, frame)
             return
-        if self._is_drawn(prim, kind, inherited):
-            if kind in ("Mesh", "TetMesh"):
+        if self._is_drawn(visit):
+            if type.kind in ("Mesh", "TetMesh"):
                 self._draw_mesh(visit, frame)
-            elif kind in self._gprims:
-                self._draw_gprim(visit, frame, kind)
-            elif kind in ("BasisCurves", "HermiteCurves", "Points"):
-                self._draw_round(visit, frame, kind)
-            elif is_unsupported(prim) and not prim.HasAPI(UsdLux.LightAPI):
-                self.report.add("usd-unsupported", f"`{kind}` prims are not drawn", prim.GetPath())
-        if prim.IsInstance():
+            elif type.kind in self._gprims:
+                self._draw_gprim(visit, frame)
+            elif type.kind in ("BasisCurves", "HermiteCurves", "Points"):
+                self._draw_round(visit, frame)
+            elif type.kind not in ("SkelRoot", "Skeleton") and not type.light:
+                message = f"`{type.kind}` prims are not drawn"
+                self.report.add("usd-unsupported", message, visit.path)
+        if visit.instance:
             self._draw_instance(visit, frame)
 
-    def _is_drawn(self, prim: Any, kind: str, inherited: Inherited) -> bool:
-        if kind and not prim.GetPrimTypeInfo().GetSchemaType():
-            message = f"prims of the unknown type `{kind}` are not drawn, only those below"
-            self.report.add("usd-unsupported", message, prim.GetPath())
+    def _attributes(self, visit: Visit) -> Collection[str]:
+        """The attributes that the materials of a mesh read."""
+        if visit.type.kind not in ("Mesh", "TetMesh"):
+            return ()
+        return self.appearance.attributes(visit.prim, self.binding(visit.prim, visit.inherited))
+
+    def _is_drawn(self, visit: Visit) -> bool:
+        type, inherited = visit.type, visit.inherited
+        if type.kind and not type.known:
+            message = f"prims of the unknown type `{type.kind}` are not drawn, only those below"
+            self.report.add("usd-unsupported", message, visit.path)
             return False
-        if not inherited.visible or not prim.IsA(UsdGeom.Boundable):
+        if not inherited.visible or not type.boundable:
             return False
         if inherited.purpose not in KNOWN_PURPOSES:
             message = f"prims of the unknown purpose `{inherited.purpose}` are not drawn"
-            self.report.add("usd-attribute", message, prim.GetPath())
+            self.report.add("usd-attribute", message, visit.path)
         return inherited.purpose in self._shown
 
     def _is_skinned(self, visit: Visit, frame: Frame) -> bool:
@@ -268,45 +271,53 @@ class Traversal:
         if inherited.visible and inherited.purpose in self._shown:
             node = draw_stand_in(prim, visit.mode, self._shown, self.clock, self.report)
             if node is not None:
-                origin = self.origin(prim, frame)
+                origin = self.origin(visit.path, frame)
                 visit.own.append(Instances(node, Transform(), origin=origin))
 
-    def _draw_gprim(self, visit: Visit, frame: Frame, kind: str) -> None:
-        placed = self._gprims.read(kind, visit.prim)
+    def _draw_gprim(self, visit: Visit, frame: Frame) -> None:
+        placed = self._gprims.read(visit.type.kind, visit.prim)
         if placed is None:
             return
         shape, steps = placed
-        child = bound(shape, self.material(visit.prim, frame))
-        origin = self.origin(visit.prim, frame)
+        child = bound(shape, self.material(visit.prim, visit.inherited, frame))
+        origin = self.origin(visit.path, frame)
         steps += self._pose(visit, frame)
         visit.own.append(Instances(child, Transform(steps), origin=origin))
 
     def _draw_mesh(self, visit: Visit, frame: Frame) -> None:
         prim = visit.prim
-        binding = self.appearance.binding(prim)
-        display = None if binding else self.appearance.display(prim, frame.base)
+        binding = self.binding(prim, visit.inherited)
+        display = None
+        if binding is None and visit.inherited.colored:
+            display = self.appearance.display(prim, frame.base)
         if display is not None and display.below and display.above:
             frame.shared = False
         skinned = self._is_skinned(visit, frame)
-        origin = self.origin(prim, frame)
+        origin = self.origin(visit.path, frame)
         for mesh, material in self._meshes.parts(
             prim, binding, display, frame.base, skinned=skinned
         ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
-    def _draw_round(self, visit: Visit, frame: Frame, kind: str) -> None:
-        read = read_points if kind == "Points" else read_curves
+    def _draw_round(self, visit: Visit, frame: Frame) -> None:
+        read = read_points if visit.type.kind == "Points" else read_curves
         node = _group(read(visit.prim, self._round, self.clock, self.report))
         if node is not None:
-            child = bound(node, self.material(visit.prim, frame))
+            child = bound(node, self.material(visit.prim, visit.inherited, frame))
             posed = Transform(self._pose(visit, frame))
-            visit.own.append(Instances(child, posed, origin=self.origin(visit.prim, frame)))
+            visit.own.append(Instances(child, posed, origin=self.origin(visit.path, frame)))
 
-    def material(self, prim: Any, frame: Frame) -> Material | None:
+    def binding(self, prim: Any, inherited: Inherited) -> Binding | None:
+        """The binding of a prim that passes on `inherited`."""
+        return self.appearance.binding(prim) if inherited.bound else None
+
+    def material(self, prim: Any, inherited: Inherited, frame: Frame) -> Material | None:
         """The material that belongs to the frame; None where it comes from above, or nowhere."""
-        binding = self.appearance.binding(prim)
+        binding = self.binding(prim, inherited)
         if binding is not None:
             return frame.base.own(binding)
+        if not inherited.colored:
+            return None
         display = self.appearance.display(prim, frame.base)
         if display is None or not display.below:
             return None
@@ -315,9 +326,8 @@ class Traversal:
         return display.material()
 
     def _draw_instance(self, visit: Visit, frame: Frame) -> None:
-        prim, inherited = visit.prim, visit.inherited
-        path = prim.GetPath()
-        binding = self.appearance.binding(prim)
+        prim, inherited, path = visit.prim, visit.inherited, visit.path
+        binding = self.binding(prim, inherited)
         key = (
             "native",
             prim.GetPrototype().GetPath(),
@@ -331,10 +341,11 @@ class Traversal:
             return
         inner, node, hoisted = entry
         frame.shared = frame.shared and inner.shared
-        label = frame.base.label(path)
-        frame.placed += [label + relative for relative in inner.placed]
-        material = self.material(prim, frame)
-        origin = self.origin(prim, frame)
+        if inner.placed:
+            label = frame.base.label(path)
+            frame.placed += [label + relative for relative in inner.placed]
+        material = self.material(prim, inherited, frame)
+        origin = self.origin(path, frame)
         if node is not None:
             visit.own.append(Instances(bound(node, material), Transform(), origin=origin))
         if hoisted is not None:

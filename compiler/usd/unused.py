@@ -192,8 +192,8 @@ class Unused:
         self._report = report
         self._meant: dict[tuple[str, ...], frozenset[str]] = {}
 
-    def check(self, prim: Any, kind: str, named: Collection[str] = ()) -> None:
-        """Report the unread attributes and relationships of one prim of a known type.
+    def check(self, prim: Any, kind: str, names: list[str], named: Collection[str] = ()) -> None:
+        """Report the unread of a prim's authored properties `names`, if its type is known.
 
         Primvars that the materials of a mesh have `named` are read, and so are its normals.
         A prim whose whole type is unknown here is reported once, as a whole.
@@ -205,7 +205,7 @@ class Unused:
             if known and not prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI):
                 self._report.add("usd-unused", f"`{kind}` prims are not used", prim.GetPath())
             return
-        for name in self._meaningful(prim, kind):
+        for name in self._meaningful(prim, kind, names):
             if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
                 continue
             if name == "normals" and kind == "Mesh":
@@ -222,9 +222,8 @@ class Unused:
                 what = f"`{name}` of `{kind}` prims"
             self._report.add("usd-unused", f"{what} is not used", prim.GetPath())
 
-    def _meaningful(self, prim: Any, kind: str) -> Iterable[str]:
+    def _meaningful(self, prim: Any, kind: str, authored: list[str]) -> Iterable[str]:
         """What is authored and has a meaning by the prim's schemas, or is a primvar."""
-        authored = prim.GetAuthoredPropertyNames()
         if not authored:
             return
         schemas = (kind, *prim.GetAppliedSchemas())
