@@ -12,54 +12,50 @@ a tree: each is placed in its parent (-1: the group's own space) by one lane of 
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from compiler.column import Column, Integers
 from compiler.compress import NO_MATERIAL, Branches, Edge, combined, overriding
 from compiler.ir import COUNTED
 
 FLATTEN_LEAVES = 1 << 22
 FLATTEN_ROWS = 1 << 16
 
-Integers = NDArray[np.signedinteger[Any]]
 
-
-def _integers() -> array[int]:
-    return array("i")
-
-
-@dataclass(slots=True)
 class Table:
-    """The leaves of one group in order of emission, its frames and its source segments."""
+    """The leaves of one group in order of emission, its frames and its source segments.
 
-    frame_parent: array[int] = field(default_factory=_integers)
-    frame_chain: array[int] = field(default_factory=_integers)
-    frame_lane: array[int] = field(default_factory=_integers)
-    leaf_frame: array[int] = field(default_factory=_integers)
-    leaf_target: array[int] = field(default_factory=_integers)  # a leaf, or ~branch if kept
-    leaf_material: array[int] = field(default_factory=_integers)
-    leaf_source: array[int] = field(default_factory=_integers)
-    source_parent: array[int] = field(default_factory=_integers)
-    source_origin: array[int] = field(default_factory=_integers)
-    source_index: array[int] = field(default_factory=_integers)
+    There is room for `leaves` of them with one frame and segment each, and may be made for more.
+    """
+
+    def __init__(self, leaves: int) -> None:
+        self.frame_parent = Column(leaves)
+        self.frame_chain = Column(leaves)
+        self.frame_lane = Column(leaves)
+        self.leaf_frame = Column(leaves)
+        self.leaf_target = Column(leaves)  # a leaf, or ~branch if kept
+        self.leaf_material = Column(leaves)
+        self.leaf_source = Column(leaves)
+        self.source_parent = Column(leaves)
+        self.source_origin = Column(leaves)
+        self.source_index = Column(leaves)
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
     """For each branch: its leaves with all below expanded, its placements, whether it is kept.
 
-    `levels` is the depth of kept groups below each branch.
+    `levels` is the depth of kept groups below each branch, `rows` are those of its table.
     """
 
     leaves: list[int]
     placements: list[int]
     kept: list[bool]
     levels: list[int]
+    rows: list[int]
 
     @property
     def all_flat(self) -> bool:
@@ -78,7 +74,7 @@ def plan(branches: Branches) -> Plan:
                 placements[~edge.target] += edge.count
     kept, levels = [False] * count, [0] * count
     rows = [0] * count
-    planned = Plan(leaves, placements, kept, levels)
+    planned = Plan(leaves, placements, kept, levels, rows)
     for branch, edges in enumerate(branches.edges):
         for edge in edges:
             below = ~edge.target
@@ -105,7 +101,7 @@ def expand(branches: Branches, plan: Plan) -> dict[int, Table]:
     groups = {root: tables[root]}
     queue = [root]
     for group in queue:
-        targets = np.frombuffer(tables[group].leaf_target, dtype=np.int32)
+        targets = tables[group].leaf_target.numbers
         below, first = np.unique(~targets[targets < 0], return_index=True)
         new = [int(g) for g in below[np.argsort(first)] if int(g) not in groups]
         groups.update((g, tables[g]) for g in new)
@@ -118,7 +114,7 @@ def joined(tables: Iterable[Table]) -> Table:
     first, *others = tables
     if not others:
         return first
-    maker = _Maker()
+    maker = _Maker(sum(len(table.leaf_target) for table in (first, *others)))
     for table in (first, *others):
         maker.copies(Edge(0), -1, NO_MATERIAL, -1, table)
     return maker.table
@@ -126,7 +122,7 @@ def joined(tables: Iterable[Table]) -> Table:
 
 def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]) -> Table:
     """Expand one branch; branches placed once are expanded in place, others copied if not kept."""
-    maker = _Maker()
+    maker = _Maker(plan.rows[branch])
     stack = [(branch, iter(branches.edges[branch]), -1, NO_MATERIAL, -1)]
     starts: list[int] = []  # the first leaf of every edge, in ordered branches only
     while stack:
@@ -152,8 +148,8 @@ def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]
 
 
 class _Maker:
-    def __init__(self) -> None:
-        self.table = Table()
+    def __init__(self, leaves: int) -> None:
+        self.table = Table(leaves)
 
     def below(self, edge: Edge, frame: int, material: int, source: int) -> tuple[int, int, int]:
         """Frame, material and source below a single placement."""
@@ -174,27 +170,26 @@ class _Maker:
         """One frame for each lane of a batch."""
         t = self.table
         first = len(t.frame_parent)
-        _extend(t.frame_parent, np.full(edge.count, dtype=np.int32, fill_value=frame))
-        _extend(t.frame_chain, np.full(edge.count, dtype=np.int32, fill_value=edge.chain))
-        _extend(t.frame_lane, np.arange(edge.count, dtype=np.int32))
-        return first + np.arange(edge.count, dtype=np.int32)
+        t.frame_parent.extend(frame, edge.count)
+        t.frame_chain.extend(edge.chain, edge.count)
+        t.frame_lane.extend(np.arange(edge.count, dtype=np.int32), edge.count)
+        return np.arange(first, first + edge.count, dtype=np.int32)
 
     def lane_sources(self, edge: Edge, source: int) -> Integers:
         """Each lane's source: segments of its own where the batch adds to the path."""
         t = self.table
-        parents = np.full(edge.count if edge.batch >= 0 else 1, source)
-        segments = [(origin, np.full(len(parents), index)) for origin, index in edge.segments]
+        count = edge.count if edge.batch >= 0 else 1
+        segments: list[tuple[int, Integers | int]] = [*edge.segments]
         if edge.batch >= 0:
-            indices = (
-                np.arange(edge.count, dtype=np.int32) if edge.indices is None else edge.indices
-            )
+            indices = np.arange(count, dtype=np.int32) if edge.indices is None else edge.indices
             segments.insert(0, (edge.batch, indices))
+        parents = np.full(count, source, dtype=np.int32)
         for origin, index in segments:
             first = len(t.source_parent)
-            _extend(t.source_parent, parents)
-            _extend(t.source_origin, np.full(len(parents), origin))
-            _extend(t.source_index, index)
-            parents = first + np.arange(len(parents))
+            t.source_parent.extend(parents, count)
+            t.source_origin.extend(origin, count)
+            t.source_index.extend(index, count)
+            parents = np.arange(first, first + count, dtype=np.int32)
         return np.broadcast_to(parents, edge.count)
 
     def leaves(self, edge: Edge, frame: int, material: int, source: int) -> None:
@@ -210,9 +205,9 @@ class _Maker:
             t.leaf_material.append(material)
             t.leaf_source.append(source)
             return
-        _extend(t.leaf_frame, self.lane_frames(edge, frame))
-        _extend(t.leaf_target, np.full(edge.count, dtype=np.int32, fill_value=edge.target))
-        _extend(t.leaf_material, np.full(edge.count, dtype=np.int32, fill_value=material))
+        t.leaf_frame.extend(self.lane_frames(edge, frame), edge.count)
+        t.leaf_target.extend(edge.target, edge.count)
+        t.leaf_material.extend(material, edge.count)
         if edge.indices is None and edge.batch >= 0:
             # Lanes numbered in order need no segment each: they are counted (see ir.COUNTED).
             t.source_parent.append(source)
@@ -224,9 +219,9 @@ class _Maker:
                 t.source_origin.append(origin)
                 t.source_index.append(index)
                 source = len(t.source_parent) - 1
-            _extend(t.leaf_source, np.full(edge.count, dtype=np.int32, fill_value=source))
+            t.leaf_source.extend(source, edge.count)
         else:
-            _extend(t.leaf_source, self.lane_sources(edge, source))
+            t.leaf_source.extend(self.lane_sources(edge, source), edge.count)
 
     def reorder(self, starts: Sequence[int], lanes: Sequence[int], order: Integers) -> None:
         """Put the lanes of edges, whose leaves begin at `starts` and end at the last, in order."""
@@ -239,7 +234,7 @@ class _Maker:
         rows = np.repeat(first, size) + within
         t = self.table
         for column in (t.leaf_frame, t.leaf_target, t.leaf_material, t.leaf_source):
-            leaves = np.frombuffer(column, dtype=np.int32)
+            leaves = column.numbers
             leaves[starts[0] : starts[-1]] = leaves[rows]
 
     def copies(self, edge: Edge, frame: int, material: int, source: int, inner: Table) -> None:
@@ -272,21 +267,21 @@ class _Maker:
         _extend(t.leaf_material, materials)
 
 
-def _extend(column: array[int], values: Integers) -> None:
-    column.frombytes(np.ascontiguousarray(values, dtype=np.int32).view(np.uint8).data)
+def _extend(column: Column, numbers: Integers) -> None:
+    column.extend(numbers, len(numbers))
 
 
-def _tiled(column: array[int], count: int) -> Integers:
-    return np.tile(np.frombuffer(column, dtype=np.int32), count)
+def _tiled(column: Column, count: int) -> Integers:
+    return np.tile(column.numbers, count)
 
 
-def _placed(column: array[int], tops: Integers, first: int, stride: int | None = None) -> Integers:
+def _placed(column: Column, tops: Integers, first: int, stride: int | None = None) -> Integers:
     """References within a table, for a copy below each of `tops`; -1 becomes the top itself.
 
     Copy i holds rows from `first + i · stride`; the stride is the table's length, which is that
     of the column itself unless given.
     """
-    inner = np.frombuffer(column, dtype=np.int32)
+    inner = column.numbers
     stride = len(inner) if stride is None else stride
     offsets = first + stride * np.arange(len(tops))
     return np.where(inner < 0, tops[:, None], inner + offsets[:, None]).ravel()

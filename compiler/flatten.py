@@ -16,8 +16,9 @@ from compiler.appearance import (
     settings_record,
 )
 from compiler.attributes import attribute_arrays, texture_table
+from compiler.column import Integers
 from compiler.compress import NO_MATERIAL, Branches, compress, overriding
-from compiler.expand import Integers, Plan, plan
+from compiler.expand import Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
 from compiler.lights import left_out, place_lights
 from compiler.merge import merged
@@ -78,8 +79,8 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
 
     table, exists = rows(branches, planned)
     singular = np.flatnonzero(~exists)
-    diagnostics += _singular(table, singular, origins)
     if len(singular):
+        diagnostics += _singular(table, singular, origins)
         table = without(table, singular)
     used_prototypes = first_uses(table.target[table.target >= 0], len(prototypes.nodes))
     used_materials = _used_materials(table, len(materials.nodes))
@@ -126,8 +127,9 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
 def _used_materials(table: Rows, count: int) -> list[int]:
     """Numbers below `count` in order of first use; 0, the default, first where it is needed."""
     codes = table.material[table.material != -1]
-    numbers = np.where(codes < 0, overriding(codes), codes)
-    used = [int(m) for m in first_uses(numbers, count)]
+    if (codes < 0).any():
+        codes = np.where(codes < 0, overriding(codes), codes)
+    used = [int(m) for m in first_uses(codes, count)]
     if needs_default_material(table.ranges, table.target, table.material):
         return [0, *(m for m in used if m != 0)]
     return used

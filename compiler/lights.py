@@ -56,7 +56,7 @@ def place_lights(walk: Walk) -> PlacedLights:
         placed.diagnostics.append(diagnostic("scene-too-many-lights", message, place, help=mend))
         return placed
     (table,) = expand(branches, planned).values()
-    targets = np.frombuffer(table.leaf_target, dtype=np.int32)
+    targets = table.leaf_target.numbers
     placements: dict[int, Placement] = {}
     frames = Frames(branches.chains, table)
     for chunk in frames.chunks():

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compiler.affine import STILL, Placement, scatter_placements
+from compiler.column import Integers
 from compiler.compress import Chain
 from compiler.double_double import Part
-from compiler.expand import Integers, Table
+from compiler.expand import Table
 from compiler.transforms import Factor, compose, compose_many, prepared
 
 # Lanes worked on at once: few enough that their matrices stay in the caches.
-_CHUNK = 12288
+_CHUNK = 6144
 # Chains of more lanes are composed when they are needed, and not held in double-double.
 _LARGE = 8192
 # A low part below this fraction of its number is less than the rounding of `translation_low`.
@@ -39,10 +40,10 @@ class Frames:
 
     def __init__(self, chains: Sequence[Chain], table: Table) -> None:
         self._chains = chains
-        self._parent = np.frombuffer(table.frame_parent, dtype=np.int32)
-        self._chain = np.frombuffer(table.frame_chain, dtype=np.int32)
-        self._lane = np.frombuffer(table.frame_lane, dtype=np.int32)
-        self._leaf_frame = np.frombuffer(table.leaf_frame, dtype=np.int32)
+        self._parent = table.frame_parent.numbers
+        self._chain = table.frame_chain.numbers
+        self._lane = table.frame_lane.numbers
+        self._leaf_frame = table.leaf_frame.numbers
         self._large = np.array([chain.count > _LARGE for chain in chains], dtype=bool)
         self._pool, self._first = self._pooled()
         parents = np.zeros(len(self._parent), dtype=bool)
@@ -52,20 +53,19 @@ class Frames:
 
     def chunks(self) -> Iterator[Chunk]:
         """All leaves, some at a time."""
-        frame = self._leaf_frame
-        known = np.concatenate([self._large[self._chain], [False]])
-        chain = np.concatenate([self._chain, [-1]])
-        large = np.where(known[frame], chain[frame], -1)
-        order = np.argsort(large, kind="stable")
-        starts = np.flatnonzero(np.diff(large[order], prepend=-2))
-        for start, end in zip(starts, np.append(starts[1:], len(frame)), strict=False):
-            number = int(large[order[start]])
+        for number, run in _grouped(self._large_chain()):
             factor = prepared(self._chains[number].steps) if number >= 0 else None
-            for a in range(start, end, _CHUNK):
-                leaves = order[a : min(a + _CHUNK, int(end))]
+            for a in range(0, len(run), _CHUNK):
+                leaves = run[a : a + _CHUNK]
                 first, last = int(leaves[0]), int(leaves[-1])
                 whole = last - first + 1 == len(leaves)
-                yield Chunk(slice(first, last + 1) if whole else leaves, factor)
+                chosen = slice(first, last + 1) if whole else np.asarray(leaves)
+                yield Chunk(chosen, factor)
+
+    def _large_chain(self) -> Integers:
+        """The large chain of each leaf's frame, or -1."""
+        large = np.where(self._large[self._chain], self._chain, -1)
+        return np.append(large, np.int32(-1))[self._leaf_frame]
 
     def placements(self, chunk: Chunk) -> Placement:
         """The placements of some leaves."""
@@ -136,6 +136,19 @@ class Frames:
                 known = scatter_placements(parts, len(frames))
                 above[rest] = above[above[rest]]
         return known
+
+
+def _grouped(numbers: Integers) -> Iterator[tuple[int, range | Integers]]:
+    """Where each of the `numbers` stands; ranges if all stand in few runs, as batches do."""
+    starts = np.flatnonzero(np.diff(numbers, prepend=-2))
+    if len(starts) * _CHUNK <= len(numbers):
+        for start, end in zip(starts, np.append(starts[1:], len(numbers)), strict=False):
+            yield int(numbers[start]), range(int(start), int(end))
+        return
+    order = np.argsort(numbers, kind="stable")
+    ends = np.flatnonzero(np.diff(numbers[order], append=-2)) + 1
+    for where in np.split(order, ends[:-1]):
+        yield int(numbers[where[0]]), where
 
 
 def _lanes(chain: Factor, lanes: Integers) -> Placement:

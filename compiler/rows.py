@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -10,10 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from compiler.column import Integers
 from compiler.compress import NO_MATERIAL, Branches
-from compiler.expand import Integers, Plan, expand, joined
+from compiler.expand import Plan, expand, joined
 from compiler.ir import COUNTED
 from compiler.place import Frames, matrices
+
+# Numbers looked at once.
+_BLOCK = 1 << 16
 
 
 class Sources(NamedTuple):
@@ -57,17 +60,17 @@ def rows(branches: Branches, plan: Plan) -> tuple[Rows, NDArray[np.bool_]]:
     tables = expand(branches, plan)
     ends = np.cumsum([len(table.leaf_target) for table in tables.values()])
     table = joined(tables.values())
-    target = _column(table.leaf_target)
+    target = table.leaf_target.numbers
     if len(tables) > 1:
         number = np.zeros(len(branches.edges), dtype=np.int64)
         number[list(tables)] = np.arange(len(tables))
         target = np.where(target < 0, ~number[np.where(target < 0, ~target, 0)], target)
     forward, inverse, low, exists = matrices(Frames(branches.chains, table), len(target))
     sources = Sources(
-        _column(table.source_parent), _column(table.source_origin), _column(table.source_index)
+        table.source_parent.numbers, table.source_origin.numbers, table.source_index.numbers
     )
     ranges = np.stack([np.concatenate([[0], ends[:-1]]), ends], axis=1)
-    columns = _column(table.leaf_material), _column(table.leaf_source)
+    columns = table.leaf_material.numbers, table.leaf_source.numbers
     return Rows(ranges, target, forward, inverse, low, *columns, sources), exists
 
 
@@ -105,7 +108,9 @@ def needs_default_material(
 def first_uses(numbers: Integers, count: int) -> Integers:
     """The distinct values of `numbers`, which are below `count`, in order of first appearance."""
     first = np.full(count, len(numbers))
-    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
+    for end in range(len(numbers), 0, -_BLOCK):  # the last to be written is the first to appear
+        start = max(end - _BLOCK, 0)
+        first[numbers[start:end][::-1]] = np.arange(start, end)[::-1]
     order = np.argsort(first, kind="stable")
     return order[: int((first < len(numbers)).sum())]
 
@@ -118,10 +123,6 @@ def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.
     found = place[np.maximum(numbers, 0)]
     np.copyto(found, numbers, where=numbers < 0, casting="same_kind")
     return found
-
-
-def _column(column: array[int]) -> Integers:
-    return np.frombuffer(column, dtype=np.int32)
 
 
 def _numbered(rows: Rows, affected: Integers) -> Rows:

@@ -70,13 +70,12 @@ class Points:
 
     def of_prototypes(self, count: int) -> list[IntArray]:
         """The usable instances of each of `count` prototypes, in order."""
-        usable = np.flatnonzero(self.usable)
-        numbers = self.prototypes[usable]
-        if count < 2:
-            return [usable][:count]
+        if count == 1:
+            return [np.flatnonzero(self.usable)]
+        numbers = np.where(self.usable, self.prototypes, count)
         order = np.argsort(numbers, kind="stable")
-        ends = np.cumsum(np.bincount(numbers, minlength=count))
-        return np.split(usable[order], ends[:-1])
+        ends = np.cumsum(np.bincount(numbers, minlength=count + 1))
+        return np.split(order, ends[:-1])[:count]
 
     def batch(self, child: Node, chosen: IntArray, origin: Origin) -> Instances:
         """The chosen instances of a child."""
@@ -202,10 +201,9 @@ def _doubles(array: NDArray[Any]) -> FloatArray:
 
 def _near_unit(quaternions: NDArray[Any]) -> NDArray[Any]:
     """The same where all are near unit, else doubles of which those that are not are made so."""
-    squared = np.zeros(len(quaternions))
-    for column in quaternions.T:
-        squared += np.square(column, dtype=np.float64)
-    if (np.abs(squared - 1.0) <= UNIT_SLACK).all():
+    squared = np.einsum("ij,ij->i", quaternions, quaternions, dtype=np.float64)
+    least, most = squared.min(initial=1.0), squared.max(initial=1.0)
+    if least >= 1.0 - UNIT_SLACK and most <= 1.0 + UNIT_SLACK:
         return quaternions
     with np.errstate(over="ignore", invalid="ignore"):  # those that are not finite are left out
         return unit_quaternions(_doubles(quaternions))

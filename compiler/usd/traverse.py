@@ -158,7 +158,7 @@ class Traversal:
 
     def prototype(self, root: Any, above: Inherited, base: Base) -> tuple[Node | None, bool]:
         """One prototype of a point instancer in its own space, and whether it can be shared."""
-        # Of what it inherits in the stage, the instancer passes on nothing of materials.
+        # usd-core looks for materials and colours where the prototype stands, not the instancer.
         within = self.inherited(root.GetParent())
         above = replace(
             above,

@@ -261,3 +261,33 @@ def test_full_comes_before_preview_and_preview_before_all(
     rels = "\n".join(f"rel material:binding{p} = </{name}>" for p, name in purposes.items())
     imported = load(f'def Cube "c" ({BINDABLE}) {{\n{rels}\n}}\n{MATERIALS}')
     assert diffuse(imported) == {"/c": color}
+
+
+def test_prototypes_elsewhere_inherit_where_they_stand(load: Callable[..., Any]) -> None:
+    instancer = """
+    rel prototypes = [</kit/plain>, </tinted/ball>]
+    int[] protoIndices = [0, 1]
+    point3f[] positions = [(0, 0, 0), (5, 0, 0)]
+"""
+    imported = load(f"""
+class "kit" ({BINDABLE}) {{
+    {bound("/red")}
+    def Sphere "plain" {{
+    }}
+}}
+class "tinted" {{
+    {colored(BLUE)}
+    def Sphere "ball" {{
+    }}
+}}
+def PointInstancer "bare" {{
+{instancer}
+}}
+def Xform "above" ({BINDABLE}) {{
+    {bound("/green")}
+    def PointInstancer "green" {{
+{instancer}
+    }}
+}}
+{MATERIALS}""")
+    assert list(diffuse(imported).values()) == [RED, BLUE, RED, BLUE]
