@@ -12,7 +12,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from compiler.ir import COLUMNS, VERSION, SceneIR
 from compiler.validate import validate
 from dsl.codes import diagnostic
 from dsl.diagnostics import CompileError
+from dsl.whole_files import replacing
 
 _MAGIC = b"OVOLO-IR"
 _HEADER = struct.Struct("<8sII")
@@ -44,18 +44,12 @@ def write_ir(scene: SceneIR, path: str | Path) -> None:
         entries.append(_ENTRY.pack(name.encode(), array.dtype.str.encode(), len(array), offset))
         offsets.append(offset)
         offset = _aligned(offset + array.nbytes)
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with temporary.open("wb") as file:
-            file.write(_HEADER.pack(_MAGIC, VERSION, len(arrays)) + b"".join(entries))
-            for array, start in zip(arrays.values(), offsets, strict=True):
-                file.seek(start)
-                file.write(array.reshape(-1).view(np.uint8).data)
-            file.truncate(offset)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(Path(path)) as unfinished, unfinished.open("wb") as file:
+        file.write(_HEADER.pack(_MAGIC, VERSION, len(arrays)) + b"".join(entries))
+        for array, start in zip(arrays.values(), offsets, strict=True):
+            file.seek(start)
+            file.write(array.reshape(-1).view(np.uint8).data)
+        file.truncate(offset)
 
 
 def is_binary(path: Path) -> bool:

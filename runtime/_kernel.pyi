@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from compiler.ir import SceneIR
 
-__all__ = ["Kernel", "__version__", "instruction_sets"]
+__all__ = ["Kernel", "__version__", "instruction_sets", "jpeg", "png", "screen"]
 
 __version__: str
 
@@ -16,6 +16,27 @@ _Image = NDArray[np.uint8] | NDArray[np.float32]
 
 def instruction_sets() -> list[str]:
     """Names of the instruction sets this CPU can run, best first; the last is "portable"."""
+
+def screen(color: NDArray[np.float32], factor: float | None) -> NDArray[np.uint8]:
+    """What a screen shows of linear colours: `(n, 4)` red, green, blue, coverage, 0 … 255.
+
+    `color` is (n, 4), C-contiguous, premultiplied by its fourth, the coverage; the answer is not.
+    Light is multiplied by the factor, clipped to 1 and encoded by the sRGB curve, rounded
+    correctly; with None the colours are data, and only clipped.
+    """
+
+def png(pixels: NDArray[np.uint8], width: int) -> bytes:
+    """A PNG file of `screen`'s pixels (n, 4), in rows of `width`, marked as sRGB.
+
+    Without the fourth channel where everything is covered. Raises ValueError where there are no
+    pixels, or more in a row or column than 2³¹ - 1.
+    """
+
+def jpeg(pixels: NDArray[np.uint8], width: int) -> bytes:
+    """A JPEG file of `screen`'s pixels (n, 4), in rows of `width`, without their coverage.
+
+    Raises ValueError where there are no pixels, or more in a row or column than 65535.
+    """
 
 @final
 class Kernel:

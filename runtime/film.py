@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +15,12 @@ from numpy.typing import NDArray
 from dsl.diagnostics import Diagnostic
 from dsl.observation import stage
 from dsl.scene import Integrator
+from dsl.whole_files import replacing
+from runtime._kernel import jpeg, png, screen
 
 FORMATS = {"png": "png", "jpg": "jpeg", "jpeg": "jpeg", "exr": "exr"}
 """Formats by extension."""
-
-JPEG_QUALITY = 95
-PNG_LEVEL = 4
-"""Of zlib: half the time of its default, 6, for a tenth more bytes."""
+MAX_JPEG_SIDE = (1 << 16) - 1
 
 
 class ImageError(ValueError):
@@ -62,10 +62,7 @@ class Film:
         Not premultiplied. Light is exposed, clipped to 1 and encoded by the sRGB curve; the
         integrators "normals" and "ids" show data, which is neither exposed nor encoded.
         """
-        alpha = np.clip(self.color[..., 3:], 0, 1)
-        color = self.color[..., :3]
-        rgb = np.divide(color, alpha, where=alpha > 0, out=np.zeros_like(color))
-        return _bytes(np.concatenate([self._screen(rgb), alpha], axis=2))
+        return self._shown(self.color)
 
     def aov(self, name: str) -> NDArray[Any]:
         """An image by name: "color", "alpha", "error", "depth", "normal" or "instance"."""
@@ -90,20 +87,39 @@ class Film:
           the 32-bit unsigned integers `instance` (all ones: nothing) and, only if there are
           numbers beyond 2³² - 2, `instance.high`, the bits above
 
-        Raises ImageError for another extension, or a path that cannot be written.
+        What is at the path is replaced once all is written. Raises ImageError for another
+        extension, or a path that cannot be written.
         """
         check_path(path)
-        with stage("write"):
-            self._write(Path(path))
+        format = FORMATS[_extension(Path(path))]
+        try:
+            with stage("write"), replacing(Path(path)) as unfinished:
+                if format == "exr":
+                    self._write_exr(unfinished)
+                else:
+                    unfinished.write_bytes(self.encode(format))
+        except OSError as error:
+            raise ImageError(f"{path} cannot be written: {error.strerror}") from None
 
     def encode(self, format: str) -> bytes:
         """The bytes of a file of that format: "png", "jpeg" or "exr". Raises ImageError."""
-        if format not in FORMATS:
-            raise ImageError(f"unknown picture format {format!r}: use png, jpeg or exr")
-        # The writer for Python has no memory to write to, only files.
+        match FORMATS.get(format):
+            case "png":
+                return png(self.pixels.reshape(-1, 4), self.width)
+            case "jpeg":
+                if max(self.width, self.height) > MAX_JPEG_SIDE:
+                    raise ImageError(
+                        f"a JPEG has at most {MAX_JPEG_SIDE} columns and rows: use png or exr"
+                    )
+                over_black = self.color.copy()
+                over_black[..., 3] = 1
+                return jpeg(self._shown(over_black).reshape(-1, 4), self.width)
+            case None:
+                raise ImageError(f"unknown picture format {format!r}: use png, jpeg or exr")
+        # OpenImageIO has no memory to write to from Python, only files.
         with TemporaryDirectory(prefix="ovolo-") as folder:
-            path = Path(folder) / f"picture.{format}"
-            self._write(path)
+            path = Path(folder) / "picture.exr"
+            self._write_exr(path)
             return path.read_bytes()
 
     def _repr_png_(self) -> bytes:
@@ -115,53 +131,63 @@ class Film:
             f"{self.rays:,} rays in {self.seconds:.3g} s)"
         )
 
-    def _screen(self, rgb: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What a screen is to show of linear colours, 0 … 1."""
-        if self.integrator in ("normals", "ids"):
-            return np.clip(rgb, 0, 1)
-        factor = np.float32(2.0 ** min(max(self.exposure, -100.0), 100.0))
-        with np.errstate(over="ignore"):
-            exposed = np.clip(rgb * factor, 0, 1)
-        curve = 1.055 * exposed ** np.float32(1 / 2.4) - 0.055
-        screen: NDArray[np.float32] = np.where(exposed <= 0.0031308, 12.92 * exposed, curve)
-        return screen
+    def _shown(self, color: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """What a screen shows of colours (h, w, 4), as `pixels`."""
+        factor = 2.0 ** min(max(self.exposure, -100.0), 100.0)
+        data = self.integrator in ("normals", "ids")
+        rows = np.ascontiguousarray(color, np.float32).reshape(-1, 4)
+        return screen(rows, None if data else factor).reshape(color.shape)
 
-    def _write(self, path: Path) -> None:
-        match FORMATS[_extension(path)]:
-            case "png":
-                pixels = self.pixels
-                covered = bool((pixels[..., 3] == 255).all())
-                part = _Part("RGB", pixels[..., :3]) if covered else _Part("RGBA", pixels)
-                compression = {"png:compressionLevel": PNG_LEVEL}
-                _write_parts(path, [part], {"oiio:UnassociatedAlpha": 1, **compression})
-            case "jpeg":
-                pixels = _bytes(self._screen(self.color[..., :3]))
-                _write_parts(path, [_Part("RGB", pixels)], {"compression": f"jpeg:{JPEG_QUALITY}"})
-            case _:
-                names = ("R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z")
-                floats = np.dstack([self.color, self.depth, self.normal])
-                parts = [_Part(names, floats, "picture"), self._instance_part()]
-                _write_parts(path, parts, {"compression": "zip"})
+    def _write_exr(self, path: Path) -> None:
+        """Write the file, or raise OSError."""
+        import OpenImageIO as oiio  # noqa: N813
+
+        names = ("R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z")
+        floats = np.dstack([self.color, self.depth, self.normal])
+        parts = [_Part("picture", names, floats), self._instance_part()]
+        specs = []
+        for part in parts:
+            count = len(part.channels)
+            spec = oiio.ImageSpec(self.width, self.height, count, part.kind)
+            spec.channelnames = part.channels
+            spec.attribute("oiio:subimagename", part.name)
+            spec.attribute("compression", "zip")
+            specs.append(spec)
+        output = oiio.ImageOutput.create("exr")
+        if output is None:
+            raise OSError(errno.EIO, oiio.geterror())
+        written = output.open(str(path), tuple(specs))
+        for index, (part, spec) in enumerate(zip(parts, specs, strict=True)):
+            if index:
+                written = written and output.open(str(path), spec, "AppendSubimage")
+            written = written and output.write_image(part.values)
+        # Closing flushes: a full disc shows here.
+        if not (output.close() and written):
+            raise OSError(errno.EIO, output.geterror())
 
     def _instance_part(self) -> _Part:
         low = self.instance.astype(np.uint32)
-        high = (self.instance >> 32).astype(np.uint32)
         if self.instance.max() < NO_INSTANCE:
-            return _Part(("instance",), low[..., None], "instance")
-        return _Part(("instance", "instance.high"), np.dstack([low, high]), "instance")
+            return _Part("instance", ("instance",), low[..., None])
+        high = (self.instance >> 32).astype(np.uint32)
+        return _Part("instance", ("instance", "instance.high"), np.dstack([low, high]))
 
 
 NO_INSTANCE = (1 << 32) - 1
 """What the `instance` channel of a file holds where nothing is."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """One image of a file: channel names and `(h, w, c)` values."""
+class _Part(NamedTuple):
+    """One image of an EXR file: its channels' names and `(h, w, c)` values, C-contiguous."""
 
-    channels: tuple[str, ...] | str
-    values: NDArray[np.uint8] | NDArray[np.float32] | NDArray[np.uint32]
-    name: str = ""
+    name: str
+    channels: tuple[str, ...]
+    values: NDArray[np.float32] | NDArray[np.uint32]
+
+    @property
+    def kind(self) -> str:
+        """OpenImageIO's name of the type of the values."""
+        return "uint" if self.values.dtype == np.uint32 else "float"
 
 
 def check_path(path: str | os.PathLike[str]) -> None:
@@ -183,37 +209,3 @@ def _extension(path: Path) -> str:
             f"{path.name!r} does not end in a known picture format: use .png, .jpg or .exr"
         )
     return extension
-
-
-_TYPES = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
-"""OpenImageIO's names of the types of pixels."""
-
-
-def _bytes(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    return (values * 255 + 0.5).astype(np.uint8)
-
-
-def _write_parts(path: Path, parts: list[_Part], attributes: dict[str, object]) -> None:
-    import OpenImageIO as oiio  # noqa: N813
-
-    specs = []
-    for part in parts:
-        height, width, channels = part.values.shape
-        spec = oiio.ImageSpec(width, height, channels, _TYPES[part.values.dtype.name])
-        spec.channelnames = tuple(part.channels)
-        if part.name:
-            spec.attribute("oiio:subimagename", part.name)
-        for key, value in attributes.items():
-            spec.attribute(key, value)
-        specs.append(spec)
-    output = oiio.ImageOutput.create(str(path))
-    if output is None:
-        raise ImageError(f"{path} cannot be written: {oiio.geterror()}")
-    written = output.open(str(path), tuple(specs) if len(specs) > 1 else specs[0])
-    for index, (part, spec) in enumerate(zip(parts, specs, strict=True)):
-        if index:
-            written = written and output.open(str(path), spec, "AppendSubimage")
-        written = written and output.write_image(np.ascontiguousarray(part.values))
-    # Closing flushes: a full disc shows here.
-    if not (output.close() and written):
-        raise ImageError(f"{path} cannot be written: {output.geterror()}")

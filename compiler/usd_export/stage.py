@@ -23,6 +23,7 @@ from compiler.usd_export.views import write_cameras, write_lights, write_setting
 from compiler.walk import walk
 from dsl.diagnostics import Diagnostic
 from dsl.scene import File, Node
+from dsl.whole_files import replacing
 
 
 def write_stage(compilation: Compilation, path: Path, options: ExportOptions) -> None:
@@ -74,14 +75,15 @@ def _used_types(root: Any) -> set[str]:
 
 def _save(layer: Any, path: Path) -> None:
     try:
-        if path.suffix.lower() != ".usdz":
-            if not layer.Export(str(path)):
-                raise ExportError(f"`{path}` cannot be written")
-            return
-        with tempfile.TemporaryDirectory() as folder:
-            inside = Path(folder) / f"{path.stem}.usdc"
-            layer.Export(str(inside))
-            if not UsdUtils.CreateNewUsdzPackage(str(inside), str(path)):
-                raise ExportError(f"`{path}` cannot be written")
+        with replacing(path) as unfinished:
+            if path.suffix.lower() != ".usdz":
+                if not layer.Export(str(unfinished)):
+                    raise ExportError(f"`{path}` cannot be written")
+                return
+            with tempfile.TemporaryDirectory() as folder:
+                inside = Path(folder) / f"{path.stem}.usdc"
+                layer.Export(str(inside))
+                if not UsdUtils.CreateNewUsdzPackage(str(inside), str(unfinished)):
+                    raise ExportError(f"`{path}` cannot be written")
     except Tf.ErrorException:
         raise ExportError(f"`{path}` cannot be written") from None

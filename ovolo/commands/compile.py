@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from compiler.ir import SceneIR
+from dsl.whole_files import replacing
 from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics, print_json
@@ -63,7 +64,8 @@ def run(arguments: argparse.Namespace) -> Exit:
         if arguments.emit == "binary":
             write_ir(ir, output)
         else:
-            output.write_text(print_ir(ir), encoding="utf-8")
+            with replacing(output) as unfinished:
+                unfinished.write_text(print_ir(ir), encoding="utf-8")
     except OSError as error:
         raise StopError(Exit.FILES, f"`{output}` cannot be written: {error.strerror}") from None
     return Exit.OK

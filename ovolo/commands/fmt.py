@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from dsl.diagnostics import Diagnostic
+from dsl.whole_files import replacing
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import report
 
@@ -63,7 +64,8 @@ def _write(name: str, text: str, formatted: str) -> None:
         sys.stdout.write(formatted)
     elif formatted != text:
         try:
-            Path(name).write_text(formatted, encoding="utf-8", newline="\n")
+            with replacing(Path(name)) as unfinished:
+                unfinished.write_text(formatted, encoding="utf-8", newline="\n")
         except OSError as error:
             message = f"`{name}` cannot be written: {error.strerror}"
             raise StopError(Exit.FILES, message) from None

@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from dsl.whole_files import replacing
 from ovolo.commands.reading import add_bounds, add_reading, read_scene
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_diagnostics
@@ -49,7 +50,8 @@ def run(arguments: argparse.Namespace) -> Exit:
             path = output.parent / name
             path.parent.mkdir(exist_ok=True)
             write_obj(mesh, path)
-        output.write_text(program.text, encoding="utf-8")
+        with replacing(output) as unfinished:
+            unfinished.write_text(program.text, encoding="utf-8")
     except OSError as error:
         raise StopError(Exit.FILES, f"`{output}` cannot be written: {error.strerror}") from None
     return Exit.OK

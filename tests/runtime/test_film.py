@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +152,28 @@ def test_what_cannot_be_written_is_said_with_its_mend(tmp_path: Path) -> None:
     with pytest.raises(ImageError, match="'gif'"):
         film.encode("gif")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.png"]
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.jpg", "a.exr"])
+def test_a_full_disc_leaves_the_old_picture(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"old")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
+    try:
+        with pytest.raises(ImageError, match=f"{name} cannot be written: "):
+            make_film(200, 200).save(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_picture_too_wide_for_its_format_is_refused() -> None:
+    film = make_film(1 << 16, 1)
+    with pytest.raises(ImageError, match="65535 columns"):
+        film.encode("jpeg")
+    assert film.encode("png").startswith(b"\x89PNG")
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs a folder that refuses files")

@@ -8,6 +8,7 @@ pub mod ray;
 pub mod render;
 pub mod scalar;
 pub mod scene;
+pub mod screen;
 pub mod shapes;
 pub mod trace;
 

@@ -4,6 +4,7 @@
 mod arrays;
 mod detail;
 mod render;
+mod screen;
 mod trace;
 
 use numpy::PyArray2;
@@ -230,5 +231,8 @@ fn instruction_sets() -> Vec<&'static str> {
 fn _kernel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(instruction_sets, module)?)?;
+    module.add_function(wrap_pyfunction!(screen::screen, module)?)?;
+    module.add_function(wrap_pyfunction!(screen::png, module)?)?;
+    module.add_function(wrap_pyfunction!(screen::jpeg, module)?)?;
     module.add_class::<Kernel>()
 }
