@@ -26,7 +26,7 @@ SIZES = (1_000, 10_000, 100_000, 1_000_000)
 
 @dataclass(frozen=True, slots=True)
 class Import:
-    """Seconds to compile, CPU seconds, of those for the graph, of those for usd-core to open; bytes for each at the peak."""
+    """Seconds to compile, and of the CPU, for the graph, to open; bytes of each at the peak."""
 
     kind: str
     size: int

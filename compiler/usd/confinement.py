@@ -28,7 +28,7 @@ def outside(path: str, root: Path) -> Iterator[tuple[str, str, str]]:
     pending = [("", path, path)]
     while pending:
         namer, words, found = pending.pop()
-        why = _refusal(words, found, folder)
+        why = refusal(words, found, folder)
         if why is not None:
             yield namer or words, words, why
             continue
@@ -48,7 +48,7 @@ def outside(path: str, root: Path) -> Iterator[tuple[str, str, str]]:
             pending.append((layer.GetDisplayName(), asset, _located(layer, asset)))
 
 
-def _refusal(words: str, found: str, folder: Path) -> str | None:
+def refusal(words: str, found: str, folder: Path) -> str | None:
     """Why an asset may not be read, or None."""
     if words.startswith("`"):
         return "an expression: what it names cannot be known"

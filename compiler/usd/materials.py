@@ -103,7 +103,10 @@ class Materials:
         if unread:
             message = f"of a standard_surface, {', '.join(f'`{n}`' for n in unread)} are not used"
             self._report.add("usd-material", message, shader.GetPath())
-        return Material(**materialx.standard_surface(lambda name: self._value(shader, name)))
+        return materialx.standard_surface(
+            lambda name, constant: self._value(shader, name, said=constant),
+            lambda name, parameter: self._texture(shader, name, parameter),
+        )
 
     def _texture(self, shader: Any, name: str, parameter: str) -> Texture | None:
         port = shader.GetInput(name)

@@ -18,6 +18,7 @@ from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
 from compiler.usd.framing import Framing, read_framing
 from compiler.usd.lights import read_light
+from compiler.usd.materialx_files import composed_materialx, is_about_materialx
 from compiler.usd.opening import open_stage, sentence
 from compiler.usd.options import PURPOSES, StageOptions
 from compiler.usd.prims import Inherited
@@ -49,7 +50,9 @@ def read_stage(
         stage = open_stage(path, options, report)
         if stage is not None:
             try:
-                items = _import(stage, name, Clock(_checked(time, report)), prim, options, report)
+                with composed_materialx(stage, options.root, report):
+                    clock = Clock(_checked(time, report))
+                    items = _import(stage, name, clock, prim, options, report)
             except Tf.ErrorException as error:
                 report.add("usd-open", f"the stage cannot be read: {sentence(str(error))}")
     root = items[0] if len(items) == 1 else Group(tuple(items))
@@ -157,6 +160,8 @@ def collected_warnings(report: Report) -> Iterator[None]:
     finally:
         for found in delegate.TakeUncoalescedDiagnostics():
             text = found.commentary
+            if is_about_materialx(text):
+                continue
             place = _PATH.search(text)
             prim = place.group(1).split(".")[0] if place else "/"
             report.add("usd-composition", f"usd-core: {sentence(text)}", prim or "/")

@@ -159,8 +159,14 @@ def test_all_17_meshes_with_odd_normals_are_drawn(load: Callable[..., Any]) -> N
     assert len({leaf.path for leaf in leaves}) == 17
 
 
-def test_the_pawns_materials_are_replaced_with_one_warning(load: Callable[..., Any]) -> None:
+def test_the_pawn_has_the_materials_of_its_file(load: Callable[..., Any]) -> None:
     imported = load(ASSETS / "full_assets/OpenChessSet/assets/Pawn/Pawn.usd")
-    warned = [d for d in imported.diagnostics if d.code == "usd-composition"]
-    assert len(warned) == 1
-    assert ".mtlx" in warned[0].message
+    assert not [d for d in imported.diagnostics if d.code == "usd-composition"]
+    body = imported.leaf("/Pawn/Geom_Body/Render").material
+    textures = {texture.parameter: Path(texture.file).name for texture in body.textures}
+    assert textures == {
+        "diffuse": "pawn_black_base_color.jpg",
+        "metallic": "pawn_shared_metallic.jpg",
+        "roughness": "pawn_shared_roughness.jpg",
+        "normal": "pawn_shared_normal.jpg",
+    }
