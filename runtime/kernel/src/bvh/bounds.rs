@@ -120,11 +120,16 @@ impl NormalSpace {
 
     /// A box of this space, rounded outward: subtraction and conversion err by less than the one
     /// f32 step that is taken.
+    ///
+    /// A step from zero is 2⁻⁶⁰: the next number is subnormal, and CPUs take a hundred cycles for
+    /// every operation on such. Whatever is flat, as a ground, has its box there.
     pub fn normalize(&self, bounds: &Bounds) -> NormalBounds {
+        const STEP: f32 = 1.0 / (1u64 << 60) as f32;
         let (lower, upper) = (self.to_normal(bounds.lower), self.to_normal(bounds.upper));
+        let outward = |stepped: f32, least: f32| if stepped.abs() < STEP { least } else { stepped };
         NormalBounds {
-            lower: lower.map(|x| (x as f32).next_down()),
-            upper: upper.map(|x| (x as f32).next_up()),
+            lower: lower.map(|x| outward((x as f32).next_down(), -STEP)),
+            upper: upper.map(|x| outward((x as f32).next_up(), STEP)),
         }
     }
 }
@@ -183,6 +188,21 @@ mod tests {
             [300, 300, -300]
         );
         assert_eq!(power_of_two(-3), 0.125);
+    }
+
+    #[test]
+    fn no_number_of_a_box_is_subnormal() {
+        for x in [0.0, 1e-40, -1e-40, 1e-20, -1e-20] {
+            let bounds = Bounds {
+                lower: [x; 3],
+                upper: [x; 3],
+            };
+            let normal = NormalSpace::IDENTITY.normalize(&bounds);
+            for (lower, upper) in normal.lower.into_iter().zip(normal.upper) {
+                assert!(lower.is_normal() && upper.is_normal());
+                assert!(f64::from(lower) < x && x < f64::from(upper));
+            }
+        }
     }
 
     #[test]

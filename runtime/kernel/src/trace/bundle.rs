@@ -7,7 +7,7 @@ use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes};
 use crate::scene::InstanceBlock;
 
-/// A child to be visited, and where the first ray enters its box.
+/// A child to be visited, and where the first ray enters its box; −∞ if it is to be the first.
 #[derive(Clone, Copy)]
 pub struct Entry {
     near: f32,
@@ -35,6 +35,18 @@ impl Entry {
             rays: u32::MAX,
         }
     }
+}
+
+/// Leaves with more surface, halved, in the tree's space, whose cube has 12, are large: a ground,
+/// a wall. If any hit will do, they are the first to be visited.
+const LARGE: f32 = 1.0;
+
+/// Half the surfaces of the boxes of children from number `first` on.
+#[inline(always)]
+fn extent<L: Lanes<Scalar = f32>>(node: &Node, first: usize) -> L {
+    let [x, y, z] =
+        axes!(|i| L::load(&node.planes[i + 3][first..]) - L::load(&node.planes[i][first..]));
+    x.mul_add(y, y.mul_add(z, z * x))
 }
 
 /// Brings the nearest of some entries to the end: by insertion, for there seldom are more than
@@ -124,9 +136,10 @@ impl<I: Isa> Bundle<I> {
         self.latest = greatest(self.before, active);
     }
 
-    /// Pushes the children of a node that the packet as a whole meets, the nearest on top.
+    /// Pushes the children of a node that the packet as a whole meets, the nearest on top; with ANY,
+    /// large leaves before them.
     #[inline(always)]
-    pub fn visit_node(&self, nodes: &[Node], index: u32, stack: &mut Vec<Entry>) {
+    pub fn visit_node<const ANY: bool>(&self, nodes: &[Node], index: u32, stack: &mut Vec<Entry>) {
         type N<I> = <I as Isa>::F32UpTo8;
         let node = &nodes[index as usize];
         let base = stack.len();
@@ -137,12 +150,22 @@ impl<I: Isa> Bundle<I> {
             }
             let mut nears = [0.0; WIDTH];
             near.store(&mut nears);
+            let mut large = 0;
+            if ANY {
+                large = N::<I>::splat(LARGE).lt(extent::<N<I>>(node, first)).bits();
+            }
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
+                let child = node.children[first + lane];
+                let large = !child.is_node() && large >> lane & 1 != 0;
                 stack.push(Entry {
-                    near: nears[lane],
-                    child: node.children[first + lane],
+                    near: if large {
+                        f32::NEG_INFINITY
+                    } else {
+                        nears[lane]
+                    },
+                    child,
                     place: index * WIDTH as u32 + (first + lane) as u32,
                     rays: u32::MAX,
                 });
@@ -187,7 +210,7 @@ impl<I: Isa> Bundle<I> {
     /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
     /// of the stack.
     #[inline(always)]
-    pub fn next_leaf(
+    pub fn next_leaf<const ANY: bool>(
         &self,
         nodes: &[Node],
         stack: &mut Vec<Entry>,
@@ -211,7 +234,7 @@ impl<I: Isa> Bundle<I> {
             if !entry.child.is_node() {
                 return Some((entry.child, met));
             }
-            self.visit_node(nodes, entry.child.number(), stack);
+            self.visit_node::<ANY>(nodes, entry.child.number(), stack);
         }
         None
     }

@@ -116,9 +116,9 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             triangle: [I::F64::zero(); 2],
         };
         self.alive = Mask::first(rays.len);
-        let mut level = self.enter(rays.level, &self.scene.groups[0], 0, self.alive);
+        let mut level = self.enter::<ANY>(rays.level, &self.scene.groups[0], 0, self.alive);
         loop {
-            while let Some((child, active)) = level.bundle.next_leaf(
+            while let Some((child, active)) = level.bundle.next_leaf::<ANY>(
                 &level.group.tree.nodes,
                 &mut self.stack,
                 level.stack_base,
@@ -151,7 +151,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// Begins a level: what its root holds and its unbounded instances are on the stack.
     #[inline(always)]
-    fn enter(
+    fn enter<const ANY: bool>(
         &mut self,
         rays: Halves<LevelRays<I::F64>>,
         group: &'s Group,
@@ -177,7 +177,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         );
         let stack_base = self.stack.len();
         if !group.tree.nodes.is_empty() {
-            bundle.visit_node(&group.tree.nodes, 0, &mut self.stack);
+            bundle.visit_node::<ANY>(&group.tree.nodes, 0, &mut self.stack);
         }
         for &offset in &group.unbounded {
             self.stack.push(Entry::unbounded(offset));
@@ -209,7 +209,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             Target::Prototype(prototype) => prototype,
             Target::Group(inner) => {
                 let rays = halves!(|h| entrance.enter_group(&level.rays[h]));
-                return Some(self.enter(rays, inner, leaf, active));
+                return Some(self.enter::<ANY>(rays, inner, leaf, active));
             }
         };
         let rays: Halves<LevelRays<I::F64>> =
@@ -249,10 +249,10 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let mut bundle = Bundle::<I>::of_mesh(rays, [&self.t_min, &self.best.t], active);
         let mut prepared = F::packet_rays::<I>(rays, &self.t_min, &self.best.t);
         let stack_base = self.stack.len();
-        bundle.visit_node(nodes, 0, &mut self.stack);
+        bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {
             let left = active & self.alive;
-            let next = bundle.next_leaf(nodes, &mut self.stack, stack_base, left);
+            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left);
             let Some((child, met)) = next else {
                 return all_taken;
             };
