@@ -181,7 +181,7 @@ def _compile_graph(
     assert graph is not None, "a front end that finds no errors makes a graph"
     with stage("flatten"):
         ir, faults, pruned = flatten(graph, reader)
-    diagnostics = [*diagnostics, *faults]
+    diagnostics = in_order([*diagnostics, *faults])
     _stop_at_errors(diagnostics)
     assert ir is not None, "flattening that finds no errors makes an IR"
     return Compilation(graph, ir, pruned, tuple(diagnostics), reader)

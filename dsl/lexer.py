@@ -215,12 +215,13 @@ class _Lexer:
                 help=self.instead_of_unit(digits, unit),
             )
         if math.isinf(value):
+            what, degrees = ("an angle", " degrees") if kind == "angle" else ("a number", "")
             self.fault(
                 "syntax-number",
-                f"`{digits[:40]}` is too large for a number",
+                f"`{word[:40]}` is too large for {what}",
                 start,
-                middle,
-                help="numbers go up to about 1.8e308",
+                start + _size(word),
+                help=f"float64 holds up to about 1.8e308{degrees}",
             )
             kind = "fault"
         return kind, value

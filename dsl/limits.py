@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
 
 from dsl.angles import sine
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
@@ -168,7 +170,7 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
         case ShapeKind.CONE:
             return positive("radius") or positive("height")
         case ShapeKind.TORUS:
-            if broken := positive("minor") or positive("major"):
+            if broken := positive("major") or positive("minor"):
                 return broken
             if p["minor"] > p["major"]:
                 message = f"minor = {number(p['minor'])} exceeds major = {number(p['major'])}"
@@ -199,16 +201,15 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
 
 
 def _broken_triangle(p: dict[str, float]) -> Broken | None:
-    # Halved, the differences cannot overflow.
-    u, v = ([0.5 * p[f"{q}{axis}"] - 0.5 * p[f"a{axis}"] for axis in "xyz"] for q in "bc")
-    size = max(map(abs, u + v))
-    if size > 0.0:
-        u, v = [c / size for c in u], [c / size for c in v]
-        normal = (
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        )
-        if any(normal):
-            return None
+    def normal(real: type[Any]) -> list[tuple[Any, Any]]:
+        """The components of (b − a) × (c − a) as minuends and subtrahends."""
+        a, b, c = ([real(p[f"{corner}{axis}"]) for axis in "xyz"] for corner in "abc")
+        u, v = ([end - start for start, end in zip(a, corner, strict=True)] for corner in (b, c))
+        return [(u[i - 2] * v[i - 1], u[i - 1] * v[i - 2]) for i in range(3)]
+
+    # What rounding may have hidden from float64 is decided by exact numbers.
+    if any(abs(m - s) > 1e-12 * abs(m) + 1e-280 for m, s in normal(float)):
+        return None
+    if any(m != s for m, s in normal(Fraction)):
+        return None
     return Broken("value-degenerate", "the three corners lie on one line", ("ax", "bx", "cx"))

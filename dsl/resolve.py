@@ -73,12 +73,14 @@ class _Resolver:
             self.result.definitions.setdefault(node, Binding(name, span))
             return  # the faulty statement may not have been meant to define it
         if previous is not None and previous.span is not None:
+            # A function is known before the definitions above it.
+            first, second = sorted((previous.span, span), key=lambda place: place.start)
             self.report(
                 "name-duplicate",
                 f"`{name}` is defined twice here",
-                span,
+                second,
                 "choose another name",
-                Label(previous.span, "first defined here"),
+                Label(first, "first defined here"),
             )
         binding = self.result.definitions.setdefault(node, Binding(name, span))
         frame.names[name] = binding

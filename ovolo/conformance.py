@@ -5,29 +5,36 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import signal
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from itertools import zip_longest
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from tempfile import TemporaryDirectory, TemporaryFile
+from time import monotonic
+from typing import IO, Any, NamedTuple
 
 from dsl.examples import Example
 
 _HEAD = re.compile(r"^(error|warning)\[([a-z-]+)\]", re.MULTILINE)
 _PLACE = re.compile(r"^ *--> (.*)$", re.MULTILINE)
 _SECONDS = 60.0
+_MOST_BYTES = 10_000_000
+"""What a tool may print; the longest outcome has a few thousand."""
 
 
 class Answer(NamedTuple):
-    """What a command has done; `code` is None if it did not end in time."""
+    """What a command has done; `stopped` says why it was ended, "" if it ended by itself."""
 
-    code: int | None
+    code: int
     stdout: str
     stderr: str
+    stopped: str = ""
 
 
 Execute = Callable[[list[str], Path], Answer]
@@ -95,62 +102,100 @@ def options(words: Mapping[str, str]) -> list[str]:
     return arguments
 
 
-def execute(words: list[str], folder: Path) -> Answer:
-    """Run a command as a process; OSError for one that does not exist."""
-    try:
-        done = subprocess.run(
+def execute(words: list[str], folder: Path, seconds: float = _SECONDS) -> Answer:
+    """Run a command as a process; OSError for one that does not exist.
+
+    It is ended, with all processes that it has started, if it takes more time than `seconds`
+    or prints more than 10 MB.
+    """
+    with TemporaryFile() as out, TemporaryFile() as err:
+        process = subprocess.Popen(
             words,
             cwd=folder,
             stdin=subprocess.DEVNULL,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=_SECONDS,
-            check=False,
+            stdout=out,
+            stderr=err,
+            start_new_session=True,
         )
-    except subprocess.TimeoutExpired:
-        return Answer(None, "", "")
-    return Answer(done.returncode, done.stdout, done.stderr)
+        try:
+            stopped = _watch(process, (out, err), seconds)
+        finally:
+            _end(process)
+        return Answer(process.wait(), _text(out), _text(err), stopped)
+
+
+def _watch(process: subprocess.Popen[bytes], files: Sequence[IO[bytes]], seconds: float) -> str:
+    """Wait for a process that writes to files; why it must be ended, "" if it has ended."""
+    end = monotonic() + seconds
+    while True:
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(min(0.1, max(0.0, end - monotonic())))
+            return ""
+        if sum(os.fstat(file.fileno()).st_size for file in files) > _MOST_BYTES:
+            return f"more than {_MOST_BYTES // 1_000_000} MB printed"
+        if monotonic() >= end:
+            return f"no answer after {seconds:g} seconds"
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process and those that it has started."""
+    if os.name == "posix":
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+
+
+def _text(file: IO[bytes]) -> str:
+    file.seek(0)
+    return file.read(_MOST_BYTES).decode(errors="replace").replace("\r\n", "\n")
 
 
 def judge(
     examples: Sequence[Example], tools: Tools, execute: Execute = execute
-) -> dict[str, Chapter]:
+) -> Iterator[tuple[str, Chapter]]:
     """Run the tools for every example that they can run, each in a folder of its own.
 
-    Raises OSError for a command that does not exist.
+    Yields the names of the chapters and how the implementation did, one after the other. Raises
+    OSError for a command that does not exist.
     """
-    chapters: dict[str, Chapter] = {}
+    chapters: dict[str, list[Example]] = {}
     for example in examples:
-        chapter = chapters.setdefault(example.chapter.removesuffix(".md"), Chapter())
-        words = tools.words(example)
-        if words is None:
-            chapter.skipped += 1
-            continue
-        with TemporaryDirectory() as folder:
-            example.write_files(Path(folder))
-            answer = execute(words, Path(folder))
-            if example.kind == "formatted":
-                text = (Path(folder) / example.file).read_bytes().decode(errors="replace")
-                answer = answer._replace(stdout=text)
-            reason = _mistake(example, answer)
-        if reason is None:
-            chapter.passed += 1
-        else:
-            chapter.failed[example.name] = reason
-    return chapters
+        chapters.setdefault(example.chapter.removesuffix(".md"), []).append(example)
+    for name, members in chapters.items():
+        chapter = Chapter()
+        for example in members:
+            words = tools.words(example)
+            if words is None:
+                chapter.skipped += 1
+                continue
+            with TemporaryDirectory() as folder:
+                example.write_files(Path(folder))
+                answer = execute(words, Path(folder))
+                if example.kind == "formatted":
+                    text = (Path(folder) / example.file).read_bytes().decode(errors="replace")
+                    answer = answer._replace(stdout=text)
+            if (reason := _mistake(example, answer)) is None:
+                chapter.passed += 1
+            else:
+                chapter.failed[example.name] = reason
+        yield name, chapter
 
 
 def _mistake(example: Example, answer: Answer) -> str | None:
     """What is wrong with an answer, or None."""
-    if answer.code is None:
-        return f"no answer after {_SECONDS:g} seconds"
+    if answer.stopped:
+        return answer.stopped
+    if answer.code < 0:
+        return f"the tool was ended by {signal.Signals(-answer.code).name}"
     if example.kind == "diagnostics":
         found, due = _outline(answer.stderr), _outline(example.outcome)
         if not example.shows_advice:
             found = [line for line in found if "[advice-" not in line]
     elif answer.code != 0:
-        return f"exit code {answer.code}, where 0 is due"
+        last = answer.stderr.strip().rpartition("\n")[2]
+        told = next(iter(_outline(answer.stderr)), last and f"`{last[:100]}`")
+        return f"exit code {answer.code}, where 0 is due" + (told and f": {told}")
     else:
         found, due = answer.stdout.split("\n"), example.outcome.split("\n")
     for number, (a, b) in enumerate(zip_longest(found, due), start=1):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from ovolo.conformance import Answer, Chapter, Tools
 
 _GREEN, _RED, _DIM, _RESET = "\x1b[32m", "\x1b[1;31m", "\x1b[2m", "\x1b[0m"
+
+_WIDTH = 11  # of the longest name of a chapter
 
 OURS = {
     "command": "ovolo compile --root . {options} {source}",
@@ -42,6 +45,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--picture", metavar="COMMAND", help="prints {source} as the first camera sees it"
     )
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="end a tool that takes longer for an example; default: 60",
+    )
     parser.add_argument("--chapter", metavar="NAME", help="run only that chapter, such as shapes")
     parser.add_argument("--dump", type=Path, metavar="FILE", help="write the examples as JSON only")
     parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
@@ -62,13 +72,15 @@ def run(arguments: argparse.Namespace) -> Exit:
         return Exit.OK
     try:
         tools = _tools(arguments)
-        chapters = judge(examples, tools, ourselves if tools == Tools(**OURS) else execute)
+        process = partial(execute, seconds=arguments.seconds)
+        judged = judge(examples, tools, ourselves if tools == Tools(**OURS) else process)
+        if arguments.json:
+            chapters = dict(judged)
+            print_json({name: chapter.as_json() for name, chapter in chapters.items()})
+        else:
+            chapters = _printed(judged, wants_color(sys.stdout))
     except OSError as error:
         raise StopError(Exit.USAGE, f"the command cannot be run: {error.strerror}") from None
-    if arguments.json:
-        print_json({name: chapter.as_json() for name, chapter in chapters.items()})
-    else:
-        _print(chapters, wants_color(sys.stdout))
     return Exit.FAULTS if any(chapter.failed for chapter in chapters.values()) else Exit.OK
 
 
@@ -105,20 +117,25 @@ def ourselves(words: list[str], folder: Path) -> Answer:
     return Answer(code, out.getvalue(), err.getvalue())
 
 
-def _print(chapters: Mapping[str, Chapter], color: bool) -> None:
+def _printed(judged: Iterable[tuple[str, Chapter]], color: bool) -> dict[str, Chapter]:
+    """The chapters, each printed as soon as it is judged."""
+
     def paint(text: str, hue: str) -> str:
         return f"{hue}{text}{_RESET}" if color else text
 
-    width = max(map(len, chapters), default=0)
-    for name, chapter in chapters.items():
+    chapters: dict[str, Chapter] = {}
+    for name, chapter in judged:
+        chapters[name] = chapter
         run = chapter.passed + len(chapter.failed)
         count = f"{chapter.passed:>4} of {run:>3}"
         skipped = f"  {chapter.skipped} not run" if chapter.skipped else ""
         hue = _RED if chapter.failed else _GREEN
-        print(f"{name:<{width}}{paint(count, hue)}{paint(skipped, _DIM)}")
+        print(f"{name:<{_WIDTH}}{paint(count, hue)}{paint(skipped, _DIM)}")
         for example, reason in chapter.failed.items():
             print(f"  {paint('fails', _RED)}: {example}: {reason}")
+        sys.stdout.flush()
     passed = sum(chapter.passed for chapter in chapters.values())
     failed = sum(len(chapter.failed) for chapter in chapters.values())
     not_run = sum(chapter.skipped for chapter in chapters.values())
     print(f"{passed} passed, {failed} failed, {not_run} not run")
+    return chapters

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from dsl.codes import CODES
 from dsl.examples import read_examples
 from ovolo.__main__ import main
 from ovolo.commands.conformance import OURS, ourselves
-from ovolo.conformance import Tools, judge
+from ovolo.conformance import Tools, execute, judge
 from ovolo.exits import Exit
 
 EXAMPLES = list(read_examples())
@@ -34,7 +35,7 @@ def test_an_unknown_code_has_a_suggestion(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_we_conform_to_our_own_reference() -> None:
-    chapters = judge(EXAMPLES, Tools(**OURS), ourselves)
+    chapters = dict(judge(EXAMPLES, Tools(**OURS), ourselves))
     assert {name: c.failed for name, c in chapters.items() if c.failed} == {}
     assert sum(chapter.passed for chapter in chapters.values()) == len(EXAMPLES)
 
@@ -43,7 +44,7 @@ def test_processes_are_judged_as_we_are(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent.parent))
     process = {name: f"{sys.executable} -m {command}" for name, command in OURS.items()}
     chosen = [*{(e.kind, e.language, bool(e.words)): e for e in EXAMPLES}.values()]
-    chapters = judge(chosen, Tools(**process))
+    chapters = dict(judge(chosen, Tools(**process)))
     assert {name: c.failed for name, c in chapters.items() if c.failed} == {}
 
 
@@ -63,7 +64,7 @@ def test_one_that_prints_nothing_conforms_nowhere(capsys: pytest.CaptureFixture[
 
 def test_what_a_tool_cannot_do_is_not_run() -> None:
     chosen = [e for e in EXAMPLES if e.words or e.kind in ("formatted", "picture")]
-    chapters = judge(chosen, Tools("tool {source}"), ourselves)
+    chapters = dict(judge(chosen, Tools("tool {source}"), ourselves))
     assert sum(chapter.skipped for chapter in chapters.values()) == len(chosen)
 
 
@@ -71,8 +72,32 @@ def test_a_wrong_answer_is_told_from_the_right_one() -> None:
     good = {e.kind: e for e in EXAMPLES if not e.words}
     for kind, example in good.items():
         edited = example.outcome.replace("1", "2").replace("a", "b")
-        (chapter,) = judge([replace(example, outcome=edited)], Tools(**OURS), ourselves).values()
+        ((_, chapter),) = judge([replace(example, outcome=edited)], Tools(**OURS), ourselves)
         assert chapter.failed, kind
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        ("import os; os.abort()", "the tool was ended by SIGABRT"),
+        ("import time; time.sleep(9)", "no answer after 2 seconds"),
+        # A child that goes on, and keeps what it has inherited open, is not waited for.
+        (
+            "import subprocess, time; subprocess.Popen(['sleep', '9']); time.sleep(9)",
+            "no answer after 2 seconds",
+        ),
+        ("while True: print('x' * 1_000_000)", "more than 10 MB printed"),
+        ("import sys; sys.stdout.buffer.write(bytes(range(256)))", "line 1 is `\x00"),
+        ("raise ValueError('oh')", "exit code 1, where 0 is due: `ValueError: oh`"),
+    ],
+)
+def test_a_tool_that_fails_is_told_how(program: str, reason: str, tmp_path: Path) -> None:
+    tool = tmp_path / "tool.py"
+    tool.write_text(program)
+    example = next(e for e in EXAMPLES if e.kind == "ir" and not e.words)
+    process = partial(execute, seconds=2.0)
+    ((_, chapter),) = judge([example], Tools(f"{sys.executable} {tool} {{source}}"), process)
+    assert chapter.failed[example.name].startswith(reason)
 
 
 def test_the_suite_is_written_as_json(tmp_path: Path) -> None:
