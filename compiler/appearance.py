@@ -14,9 +14,20 @@ from compiler.affine import Affine
 from compiler.double_double import DoubleDouble, Part
 from compiler.provenance import Texts
 from compiler.vectors import cross, dot, length, unit
-from dsl.scene import MATERIAL_PARAMETERS, Camera, Material, PointLight, Settings, Sky, Sun
-
-Light = Sun | PointLight | Sky
+from dsl.scene import (
+    MATERIAL_PARAMETERS,
+    UNSHAPED,
+    AreaLight,
+    Camera,
+    Light,
+    Material,
+    PointLight,
+    Settings,
+    Shaping,
+    Sky,
+    Sun,
+    Vector,
+)
 
 
 class Materials:
@@ -70,6 +81,8 @@ def contributes(light: Light) -> bool:
             return any(color) and any(direction)
         case PointLight(intensity=color):
             return any(color)
+        case AreaLight(radiance=color):
+            return any(color)
         case Sky(radiance=color):
             return any(color)
 
@@ -77,8 +90,9 @@ def contributes(light: Light) -> bool:
 def light_table(lights: Sequence[tuple[Light, Affine]]) -> NDArray[np.void]:
     """`SceneIR.lights`, each placed by its `world_from_object` of one lane.
 
-    A point light's radius grows by the cube root of the volume's; its intensity, like a sun's
-    irradiance and its angle, is not changed by scales.
+    The surface of an area light is moved point by point. A point light's radius grows by the cube
+    root of the volume's; its intensity, like a sun's irradiance and its angle, and a surface's
+    radiance, is not changed by scales.
     """
     table = np.zeros(len(lights), dtype=ir.LIGHT)
     for row, (light, placement) in zip(table, lights, strict=True):
@@ -88,11 +102,17 @@ def light_table(lights: Sequence[tuple[Light, Affine]]) -> NDArray[np.void]:
                 vector, color, size = unit(direction), light.irradiance, light.angle
                 row["kind"] = ir.SUN
             case PointLight():
-                offset = _applied(placement.linear, _exact(light.position))
-                x, y, z = (a + b for a, b in zip(offset, placement.translation, strict=True))
-                vector, color = (x, y, z), light.intensity
+                vector, color = _placed(placement, light.position), light.intensity
                 size = light.radius * np.cbrt(abs(_determinant(placement.linear)))
                 row["kind"] = ir.POINT
+                if _shape(row, light.shaping):
+                    row["w"] = _rounded(unit(_applied(placement.linear, _exact(light.direction))))
+            case AreaLight():
+                vector, color, size = _placed(placement, light.position), light.radiance, 0.0
+                row["kind"] = ir.LIGHTS.index(light.kind)
+                _shape(row, light.shaping)
+                for name, axis in zip(("u", "v", "w"), light.axes, strict=True):
+                    row[name] = _rounded(_applied(placement.linear, _exact(axis)))
             case Sky():
                 row["kind"], row["color"] = ir.SKY, light.radiance
                 continue
@@ -135,6 +155,18 @@ def _applied(
     linear: Sequence[Sequence[DoubleDouble]], vector: Sequence[DoubleDouble]
 ) -> list[DoubleDouble]:
     return [dot(row, vector) for row in linear]
+
+
+def _placed(placement: Affine, point: Vector) -> tuple[DoubleDouble, DoubleDouble, DoubleDouble]:
+    offset = _applied(placement.linear, _exact(point))
+    x, y, z = (a + b for a, b in zip(offset, placement.translation, strict=True))
+    return x, y, z
+
+
+def _shape(row: np.void, shaping: Shaping) -> bool:
+    """Put a shaping into a record; whether it is one."""
+    row["cone"], row["softness"], row["focus"] = shaping.cone, shaping.softness, shaping.focus
+    return shaping != UNSHAPED
 
 
 def _determinant(linear: Sequence[Sequence[DoubleDouble]]) -> float:

@@ -73,15 +73,21 @@ TEXTURE = np.dtype(
 )
 """One texture of a material: `dsl.scene.Texture`, flat."""
 
-SUN, POINT, SKY = 0, 1, 2
-LIGHTS = ("sun", "point", "sky")
+SUN, POINT, SKY, RECTANGLE, DISC, CYLINDER = 0, 1, 2, 3, 4, 5
+LIGHTS = ("sun", "point", "sky", "rectangle", "disc", "cylinder")
 LIGHT = np.dtype(
     [
-        ("kind", "<i4"),  # SUN, POINT or SKY
+        ("kind", "<i4"),  # index of LIGHTS
         ("reserved", "<i4"),
-        ("vector", "<f8", 3),  # world space: sun, unit direction of travel; point, position
-        ("color", "<f8", 3),  # sun, irradiance; point, intensity; sky, radiance
+        ("vector", "<f8", 3),  # world space: sun, unit direction of travel; others, position
+        ("color", "<f8", 3),  # sun, irradiance; point, intensity; others, radiance
         ("size", "<f8"),  # sun, angular diameter in degrees; point, radius
+        ("u", "<f8", 3),  # surfaces, world space: as `dsl.scene.AreaLight`
+        ("v", "<f8", 3),
+        ("w", "<f8", 3),  # shaped points: unit direction
+        ("cone", "<f8"),  # points and surfaces: as `dsl.scene.Shaping`
+        ("softness", "<f8"),
+        ("focus", "<f8"),
     ]
 )
 

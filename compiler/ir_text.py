@@ -73,6 +73,19 @@ def _material_words() -> Iterator[Word]:
 
 
 MATERIAL_WORDS = tuple(_material_words())
+_SHAPING_WORDS = (
+    Word("cone", "cone", 1, (180.0,)),
+    Word("softness", "softness", 1, (0.0,)),
+    Word("focus", "focus", 1, (0.0,)),
+)
+_SURFACE_WORDS = (
+    Word("position", "vector", 3),
+    Word("radiance", "color", 3),
+    Word("u", "u", 3),
+    Word("v", "v", 3),
+    Word("w", "w", 3),
+    *_SHAPING_WORDS,
+)
 LIGHT_WORDS = {
     "sun": (
         Word("direction", "vector", 3),
@@ -83,8 +96,13 @@ LIGHT_WORDS = {
         Word("position", "vector", 3),
         Word("intensity", "color", 3),
         Word("radius", "size", 1, (0.0,)),
+        Word("direction", "w", 3, (0.0, 0.0, 0.0)),
+        *_SHAPING_WORDS,
     ),
     "sky": (Word("radiance", "color", 3),),
+    "rectangle": _SURFACE_WORDS,
+    "disc": _SURFACE_WORDS,
+    "cylinder": _SURFACE_WORDS,
 }
 """By `LIGHT["kind"]`, in order."""
 TEXTURE_WORDS = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from compiler.affine import Affine, Placement
-from compiler.appearance import Light, contributes
+from compiler.appearance import contributes
 from compiler.compress import compress
 from compiler.expand import expand, plan
 from compiler.place import Frames
@@ -15,7 +15,7 @@ from compiler.provenance import Origins
 from compiler.walk import Walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
-from dsl.scene import Camera, Node, PointLight, Sky, Sun
+from dsl.scene import AreaLight, Camera, Light, Node, PointLight, Sky, Sun
 from dsl.spans import Place
 
 MAX_LIGHTS = 100_000
@@ -40,9 +40,9 @@ def place_lights(walk: Walk) -> PlacedLights:
     placed = PlacedLights()
 
     def index(node: Node) -> int | None:
-        if isinstance(node, Sun | PointLight | Sky) and not contributes(node):
+        if isinstance(node, Sun | PointLight | AreaLight | Sky) and not contributes(node):
             placed.dark += 1
-        elif isinstance(node, Sun | PointLight | Sky | Camera):
+        elif isinstance(node, Sun | PointLight | AreaLight | Sky | Camera):
             nodes.append(node)
             return len(nodes) - 1
         return None

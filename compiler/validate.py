@@ -131,7 +131,7 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
     for name in ir.MATERIAL.names or ():
         if not np.isfinite(scene.materials[name]).all():
             yield f"a material's {name} is not finite"
-    for name in ("vector", "color", "size"):
+    for name in ("vector", "color", "size", "u", "v", "w", "cone", "softness", "focus"):
         if not np.isfinite(scene.lights[name]).all():
             yield f"a light's {name} is not finite"
     lens = ("exposure", "lens_radius", "focus_distance", "shutter")
@@ -144,7 +144,7 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
         yield "a camera's far is not beyond its near"
     settings = scene.settings[0]
     for column, count, what in (
-        (scene.lights["kind"], ir.SKY + 1, "a light is of no known kind"),
+        (scene.lights["kind"], len(ir.LIGHTS), "a light is of no known kind"),
         (scene.cameras["projection"], ir.ORTHOGRAPHIC + 1, "a camera has no known projection"),
         (int(settings["integrator"]) + 1, len(ir.INTEGRATORS) + 1, "there is no such integrator"),
         (int(settings["precision"]) + 1, len(ir.PRECISIONS) + 1, "there is no such precision"),

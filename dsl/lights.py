@@ -7,9 +7,11 @@ from typing import Any, get_args
 
 from dsl.angles import tangent
 from dsl.calls import Site
-from dsl.kinds import ANGLE, COLOR, NUMBER, STRING, VECTOR3
+from dsl.kinds import ANGLE, COLOR, NUMBER, STRING, VECTOR2, VECTOR3
 from dsl.materials import check_color, check_range
 from dsl.scene import (
+    AreaKind,
+    AreaLight,
     Camera,
     Instances,
     Integrator,
@@ -17,6 +19,7 @@ from dsl.scene import (
     PointLight,
     Precision,
     Settings,
+    Shaping,
     Sky,
     Sun,
     Vector,
@@ -41,11 +44,73 @@ def _sky(site: Site, color: _Rgb) -> Sky:
 
 
 def _point_light(
-    site: Site, position: Vector, intensity: float, color: _Rgb, radius: float
+    site: Site,
+    position: Vector,
+    intensity: float,
+    color: _Rgb,
+    radius: float,
+    direction: Vector,
+    *shaping: float,
 ) -> PointLight:
     check_range(site, "intensity", intensity, 0.0, None)
     check_range(site, "radius", radius, 0.0, None)
-    return PointLight(position, _times(site, color, intensity), radius, Origin(site.span))
+    if not any(direction):
+        raise site.fault("value-degenerate", "`direction` is (0, 0, 0)", "direction")
+    emitted, shaped = _times(site, color, intensity), _shaping(site, *shaping)
+    return PointLight(position, emitted, radius, Origin(site.span), direction, shaped)
+
+
+def _rectangle_light(
+    site: Site, size: tuple[float, float], radiance: float, color: _Rgb, *shaping: float
+) -> AreaLight:
+    if min(size) <= 0.0:
+        raise site.fault("value-out-of-range", "both parts of `size` must be above 0", "size")
+    x, z = size
+    axes = ((0.5 * x, 0.0, 0.0), (0.0, 0.0, 0.5 * z), (0.0, -1.0, 0.0))
+    return _area_light(site, "rectangle", axes, radiance, color, *shaping)
+
+
+def _disc_light(
+    site: Site, radius: float, radiance: float, color: _Rgb, *shaping: float
+) -> AreaLight:
+    _check_positive(site, "radius", radius)
+    axes = ((radius, 0.0, 0.0), (0.0, 0.0, radius), (0.0, -1.0, 0.0))
+    return _area_light(site, "disc", axes, radiance, color, *shaping)
+
+
+def _cylinder_light(
+    site: Site, radius: float, height: float, radiance: float, color: _Rgb, *shaping: float
+) -> AreaLight:
+    _check_positive(site, "radius", radius)
+    _check_positive(site, "height", height)
+    axes = ((0.0, 0.5 * height, 0.0), (radius, 0.0, 0.0), (0.0, 0.0, radius))
+    return _area_light(site, "cylinder", axes, radiance, color, *shaping)
+
+
+def _area_light(
+    site: Site,
+    kind: AreaKind,
+    axes: tuple[Vector, Vector, Vector],
+    radiance: float,
+    color: _Rgb,
+    *shaping: float,
+) -> AreaLight:
+    check_range(site, "radiance", radiance, 0.0, None)
+    emitted, shaped = _times(site, color, radiance), _shaping(site, *shaping)
+    return AreaLight(kind, emitted, axes, shaping=shaped, origin=Origin(site.span))
+
+
+def _shaping(site: Site, cone: float, softness: float, focus: float) -> Shaping:
+    check_range(site, "cone", cone, 0.0, 180.0, "°")
+    check_range(site, "softness", softness, 0.0, 1.0)
+    check_range(site, "focus", focus, 0.0, None)
+    return Shaping(cone, softness, focus)
+
+
+def _check_positive(site: Site, name: str, value: float) -> None:
+    if value <= 0.0:
+        message = f"{name} = {format_number(value)} is not above 0"
+        raise site.fault("value-out-of-range", message, name)
 
 
 def _times(site: Site, color: _Rgb, factor: float) -> _Rgb:
@@ -128,6 +193,12 @@ def _check_choice(site: Site, name: str, value: str | None, choices: tuple[str, 
 
 
 _COLOR = Parameter("color", COLOR, (1.0, 1.0, 1.0))
+_SHAPING = (
+    Parameter("cone", ANGLE, 180.0, doc="how far from its axis it shines"),
+    Parameter("softness", NUMBER, 0.0, doc="part of the cone in which it fades"),
+    Parameter("focus", NUMBER, 0.0, doc="power of the cosine to the axis"),
+)
+_SURFACE = (Parameter("radiance", NUMBER, 1.0), _COLOR, *_SHAPING)
 _CAMERA = (
     Parameter("name", STRING, "", doc="what `--camera` chooses it by"),
     Parameter("near", NUMBER, 0.0, doc="distance before which nothing is seen"),
@@ -175,12 +246,41 @@ LIGHTS = (
                     Parameter("intensity", NUMBER, 1.0, doc="irradiance at distance 1"),
                     _COLOR,
                     Parameter("radius", NUMBER, 0.0, doc="above 0, shadows are soft"),
+                    Parameter("direction", VECTOR3, (0.0, -1.0, 0.0), doc="of the cone's axis"),
+                    *_SHAPING,
                 ),
                 _point_light,
             ),
         ),
         "a light",
-        "Light from a point, or from a ball.",
+        "Light from a point, or from a ball; with a cone, a spotlight.",
+    ),
+    Builtin(
+        "rectangle_light",
+        (Signature((Parameter("size", VECTOR2, (1.0, 1.0)), *_SURFACE), _rectangle_light),),
+        "a light",
+        "Light from a rectangle in x and z, towards -y.",
+    ),
+    Builtin(
+        "disc_light",
+        (Signature((Parameter("radius", NUMBER, 1.0), *_SURFACE), _disc_light),),
+        "a light",
+        "Light from a disc in x and z, towards -y.",
+    ),
+    Builtin(
+        "cylinder_light",
+        (
+            Signature(
+                (
+                    Parameter("radius", NUMBER, 1.0),
+                    Parameter("height", NUMBER, 2.0),
+                    *_SURFACE,
+                ),
+                _cylinder_light,
+            ),
+        ),
+        "a light",
+        "Light from the wall of a cylinder along y, around the origin.",
     ),
     Builtin(
         "camera",

@@ -299,16 +299,56 @@ class Sun:
     origin: Origin | None = None
 
 
+@value
+class Shaping:
+    """In which directions a light shines how much (UsdLuxShapingAPI).
+
+    Nothing leaves at more than `cone` degrees from the light's axis; from (1 - `softness`) · `cone`
+    on it falls smoothly. What leaves is multiplied by the `focus`-th power of the angle's cosine.
+    """
+
+    cone: float = 180.0
+    softness: float = 0.0
+    focus: float = 0.0
+
+
+UNSHAPED = Shaping()
+
+
 @node
 class PointLight:
     """Light from a point, or from a ball of `radius` (soft shadows).
 
-    `intensity` is power per solid angle: irradiance at distance r is intensity / r².
+    `intensity` is power per solid angle: irradiance at distance r is intensity / r². A `shaping`
+    is around the `direction`, of any length.
     """
 
     position: Vector
     intensity: Color
     radius: float = 0.0
+    origin: Origin | None = None
+    direction: Vector = (0.0, -1.0, 0.0)
+    shaping: Shaping = UNSHAPED
+
+
+AreaKind = Literal["rectangle", "disc", "cylinder"]
+
+
+@node
+class AreaLight:
+    """Light of one `radiance` from a surface around `position`, which pictures do not show.
+
+    With the `axes` u, v and w: a rectangle is s u + t v with s and t in -1 … 1, a disc the same
+    with s² + t² ≤ 1, and they shine to the side of w; a cylinder is s u + cos φ v + sin φ w,
+    shines outwards, and its ends are dark. A `shaping` is around the normal, or a cylinder's w.
+    Transforms move the surface point by point.
+    """
+
+    kind: AreaKind
+    radiance: Color
+    axes: tuple[Vector, Vector, Vector]
+    position: Vector = (0.0, 0.0, 0.0)
+    shaping: Shaping = UNSHAPED
     origin: Origin | None = None
 
 
@@ -393,7 +433,8 @@ class Param:
     doc: str = ""
 
 
-Node = Shape | Mesh | File | Group | Instances | Bind | Sun | PointLight | Sky | Camera | Settings
+Light = Sun | PointLight | AreaLight | Sky
+Node = Shape | Mesh | File | Group | Instances | Bind | Light | Camera | Settings
 
 
 @node

@@ -253,6 +253,7 @@ _NAMES: dict[type, str] = {
     scene.Material: "a material",
     scene.Sun: "a light",
     scene.PointLight: "a light",
+    scene.AreaLight: "a light",
     scene.Sky: "a light",
     scene.Camera: "a camera",
     scene.Settings: "settings",

@@ -54,9 +54,9 @@ def render(
     number; None takes the first camera, or `runtime.camera.default_camera` where the scene has
     none. `integrator`:
 
-    - "direct": light from suns, points and the sky with shadows, and highlights, on surfaces with
-      their textures and shading normals; a scene where nothing shines or glows is lit by a sun
-      over the camera's left shoulder and a dim, invisible sky
+    - "direct": light from suns, points, surfaces and the sky with shadows, and highlights, on
+      surfaces with their textures and shading normals; a scene where nothing shines or glows is
+      lit by a sun over the camera's left shoulder and a dim, invisible sky
     - "ambient_occlusion": how much of the hemisphere above a surface is open, up to the scene's
       `occlusion_distance`; white is open. `samples` counts occlusion rays per pixel; at most 16
       camera rays share them

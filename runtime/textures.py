@@ -97,6 +97,8 @@ class _Folder:
     def picture(self, file: str, srgb: bool) -> Picture:
         """One picture; `srgb` says that its numbers are encoded so, if they are not bytes."""
         with _unpacked(file) as path:
+            if not Path(path).is_file():
+                raise TextureError("cannot be found")
             picture = _read(path, self._take)
         if picture.dtype == np.float32 and srgb:
             color = picture[..., : 3 if picture.shape[2] >= 3 else 1]

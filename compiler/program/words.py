@@ -171,9 +171,37 @@ def light(record: Any) -> str:
             named = {"position": place, "color": shine}
             if size:
                 named["radius"] = short(size)
-            return call("point_light", **named)
-        case _:
+            shaping = _shaping(record)
+            if shaping:
+                named["direction"] = vector([float(x) for x in record["w"]])
+            return call("point_light", **named, **shaping)
+        case ir.SKY:
             return call("sky", color=shine)
+        case kind:
+            u, v, w = (np.asarray(record[name]) for name in "uvw")
+            if kind == ir.CYLINDER:
+                # Along y, with z where its shaping points.
+                name, named = "cylinder_light", {"radius": "1", "height": "2"}
+                columns = v, u, w
+            else:
+                # In x and z, towards -y.
+                rectangle = kind == ir.RECTANGLE
+                name = "rectangle_light" if rectangle else "disc_light"
+                named = {"size": "(2, 2)"} if rectangle else {"radius": "1"}
+                columns = u, -w, v
+            made = call(name, color=shine, **named, **_shaping(record))
+            return made + matrix(np.column_stack([*columns, record["vector"]]))
+
+
+def _shaping(record: Any) -> dict[str, str]:
+    """The arguments of a light that say in which directions it shines."""
+    named = {}
+    if float(record["cone"]) != 180.0:
+        named["cone"] = f"{short(float(record['cone']))}deg"
+    for name in ("softness", "focus"):
+        if float(record[name]):
+            named[name] = short(float(record[name]))
+    return named
 
 
 def camera(record: Any, name: str) -> str:

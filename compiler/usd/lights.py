@@ -1,16 +1,16 @@
-"""Lights of UsdLux as suns, point lights and the sky.
+"""Lights of UsdLux as suns, points, surfaces and the sky.
 
 Emission is colour · intensity · 2^exposure, times the colour of the temperature if enabled:
 radiance, at intensity 1 one unit. A sun's irradiance is its radiance times the solid angle of its
 disc; a ball's intensity is its radiance times the area of its disc. `normalize` divides by that
 solid angle, or by the light's surface, after the light's scale. Rectangles, discs and cylinders
-become balls that send as much to where they send most, and as much everywhere else.
+keep their shape under every transform.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from pxr import Gf, UsdLux
@@ -18,11 +18,27 @@ from pxr import Gf, UsdLux
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
-from dsl.scene import Color, Origin, PointLight, Sky, Sun
+from dsl.scene import (
+    UNSHAPED,
+    AreaKind,
+    AreaLight,
+    Color,
+    FloatArray,
+    Light,
+    Origin,
+    PointLight,
+    Shaping,
+    Sky,
+    Sun,
+    Vector,
+)
 
-Light = Sun | PointLight | Sky
+_SURFACES: dict[str, AreaKind] = dict(
+    zip(("RectLight", "DiskLight", "CylinderLight"), get_args(AreaKind), strict=True)
+)
 
-_AREAS = ("RectLight", "DiskLight", "CylinderLight")
+_THIN = 1000.0
+"""How many times as long as thick a cylinder is that is a line."""
 
 
 def read_light(
@@ -39,11 +55,6 @@ def read_light(
         relationship = prim.GetRelationship(name)
         if relationship and relationship.HasAuthoredTargets():
             report.add("usd-light", f"`{name}` of lights is not used", path)
-    if prim.HasAPI(UsdLux.ShapingAPI):
-        cone = clock.number(prim.GetAttribute("inputs:shaping:cone:angle"), 90.0)
-        if cone < 180.0 and kind != "DistantLight":
-            message = "`inputs:shaping:cone:angle` is not used: lights shine to all sides"
-            report.add("usd-light", message, path)
     if kind == "DistantLight":
         return _sun(prim, emission, world_from_light, clock, origin)
     if kind == "SphereLight":
@@ -54,10 +65,11 @@ def read_light(
             message = "`inputs:texture:file` of dome lights is not used; their colour is"
             report.add("usd-light", message, path)
         return Sky(emission, origin)
-    if kind in _AREAS:
-        message = f"`{kind}`s are drawn as balls of their size, which shine to all sides"
-        report.add("usd-light", message, path)
-        return _area(prim, kind, emission, world_from_light, clock, origin)
+    if kind in _SURFACES:
+        light = _surface(prim, _SURFACES[kind], emission, world_from_light, clock, origin)
+        if light is None:
+            report.add("usd-light", "a light without a surface is dark", path)
+        return light
     report.add("usd-light", f"`{kind}` lights are not handled", path)
     return None
 
@@ -106,29 +118,65 @@ def _ball(prim: Any, emission: Color, world: Any, clock: Clock, origin: Origin) 
     factor = 0.25 if clock.value(_input(prim, "normalize")) else math.pi * radius**2
     point = bool(clock.value(prim.GetAttribute("treatAsPoint")))
     x, y, z = world.ExtractTranslation()
-    return PointLight((x, y, z), _scaled(emission, factor), 0.0 if point else radius, origin)
+    intensity, shaping = _scaled(emission, factor), _shaping(prim, clock)
+    back = axes[2] if shaping != UNSHAPED and axes[2].any() else np.array((0.0, 1.0, 0.0))
+    size = 0.0 if point else radius
+    return PointLight((x, y, z), intensity, size, origin, _vector(-back), shaping)
 
 
-def _area(
-    prim: Any, kind: str, emission: Color, world: Any, clock: Clock, origin: Origin
-) -> PointLight:
+def _surface(
+    prim: Any, kind: AreaKind, emission: Color, world: Any, clock: Clock, origin: Origin
+) -> AreaLight | None:
+    """The light whose shape USD has in the xy plane, shining to -z, or around the x axis."""
     x, y, z = np.array(world)[:3, :3]
-    facing = float(np.linalg.norm(np.cross(x, y)))
-    surface_by_shadow = 1.0
-    if kind == "RectLight":
-        width, height = (clock.number(_input(prim, name), 1.0) for name in ("width", "height"))
-        shadow = abs(width * height) * facing
-    elif kind == "DiskLight":
-        shadow = math.pi * clock.number(_input(prim, "radius"), 0.5) ** 2 * facing
+
+    def size(name: str, otherwise: float) -> float:
+        return abs(clock.number(_input(prim, name), otherwise))
+
+    if kind == "rectangle":
+        u, v, w = x * size("width", 1.0) / 2.0, y * size("height", 1.0) / 2.0, -z
+        area = 4.0 * float(np.linalg.norm(np.cross(u, v)))
+    elif kind == "disc":
+        u, v, w = x * size("radius", 0.5), y * size("radius", 0.5), -z
+        area = math.pi * float(np.linalg.norm(np.cross(u, v)))
     else:
-        # Along x; seen from the side it is a rectangle, and its wall is pi times as large.
-        length = abs(clock.number(_input(prim, "length"), 1.0)) * float(np.linalg.norm(x))
-        thick = math.sqrt(float(np.linalg.norm(y)) * float(np.linalg.norm(z)))
-        shadow = 2.0 * abs(clock.number(_input(prim, "radius"), 0.5)) * thick * length
-        surface_by_shadow = math.pi
+        length, radius = size("length", 1.0), size("radius", 0.5)
+        if radius == 0.0 and clock.value(prim.GetAttribute("treatAsLine")):
+            radius = length / _THIN
+        u, v, w = x * length / 2.0, y * radius, -z * radius
+        area = _wall(u, v, w)
+    if not (0.0 < area < math.inf and np.linalg.det((u, v, w))):
+        return None
     normalized = bool(clock.value(_input(prim, "normalize")))
-    factor = 1.0 / surface_by_shadow if normalized else shadow
-    line = bool(clock.value(prim.GetAttribute("treatAsLine")))
-    place = world.ExtractTranslation()
-    radius = 0.0 if line else math.sqrt(shadow / math.pi)
-    return PointLight((place[0], place[1], place[2]), _scaled(emission, factor), radius, origin)
+    radiance = _scaled(emission, 1.0 / area if normalized else 1.0)
+    if not np.isfinite(radiance).all():
+        return None
+    axes = (_vector(u), _vector(v), _vector(w))
+    place = _vector(np.array(world)[3, :3])
+    return AreaLight(kind, radiance, axes, place, _shaping(prim, clock), origin)
+
+
+def _wall(u: FloatArray, v: FloatArray, w: FloatArray) -> float:
+    """The area of the wall of a cylinder s u + cos φ v + sin φ w, s in -1 … 1."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 256, endpoint=False)[:, None]
+    around = np.cos(angles) * w - np.sin(angles) * v
+    return 4.0 * math.pi * float(np.linalg.norm(np.cross(u, around), axis=1).mean())
+
+
+def _shaping(prim: Any, clock: Clock) -> Shaping:
+    if not prim.HasAPI(UsdLux.ShapingAPI):
+        return UNSHAPED
+
+    def said(name: str, otherwise: float) -> float:
+        return clock.number(prim.GetAttribute(f"inputs:shaping:{name}"), otherwise)
+
+    return Shaping(
+        min(max(said("cone:angle", 90.0), 0.0), 180.0),
+        min(max(said("cone:softness", 0.0), 0.0), 1.0),
+        max(said("focus", 0.0), 0.0),
+    )
+
+
+def _vector(numbers: FloatArray) -> Vector:
+    x, y, z = (float(n) + 0.0 for n in numbers)
+    return x, y, z

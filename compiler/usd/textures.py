@@ -68,10 +68,11 @@ class Textures:
                 return str(asset.resolvedPath)
             stack = source.GetPropertyStack(self._clock.code(source))
             layer = stack[0].layer if stack else source.GetStage().GetRootLayer()
+            file = str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
             if not UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
-                message = f"the texture `{asset.path}` cannot be found: its fallback is drawn"
+                message = f"the texture `{file}` cannot be found: its fallback is drawn"
                 self._report.add("usd-material", message, shader.GetPath())
-            return str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
+            return file
         return ""
 
     def _coordinates(self, shader: Any) -> tuple[str, FloatArray] | None:

@@ -23,9 +23,13 @@ _LIGHT = {
     "inputs:exposure",
     "inputs:intensity",
     "inputs:normalize",
-    "inputs:shaping:cone:angle",
     "light:filters",
     "light:shaderId",
+}
+_SHAPING = {
+    "inputs:shaping:cone:angle",
+    "inputs:shaping:cone:softness",
+    "inputs:shaping:focus",
 }
 _FRAME = {
     "aspectRatioConformPolicy",
@@ -137,10 +141,10 @@ _READ: dict[str, set[str]] = {
         "scales",
     },
     "DistantLight": {*_LIGHT, "inputs:angle"},
-    "SphereLight": {*_LIGHT, "inputs:radius", "treatAsPoint"},
-    "RectLight": {*_LIGHT, "inputs:height", "inputs:width"},
-    "DiskLight": {*_LIGHT, "inputs:radius"},
-    "CylinderLight": {*_LIGHT, "inputs:length", "inputs:radius", "treatAsLine"},
+    "SphereLight": {*_LIGHT, *_SHAPING, "inputs:radius", "treatAsPoint"},
+    "RectLight": {*_LIGHT, *_SHAPING, "inputs:height", "inputs:width"},
+    "DiskLight": {*_LIGHT, *_SHAPING, "inputs:radius"},
+    "CylinderLight": {*_LIGHT, *_SHAPING, "inputs:length", "inputs:radius", "treatAsLine"},
     "DomeLight": {*_LIGHT, "guideRadius", "inputs:texture:file"},
     "DomeLight_1": {*_LIGHT, "guideRadius", "inputs:texture:file"},
     **{

@@ -18,6 +18,14 @@ _ASPECT = 4.0 / 3.0
 _CLIPPING = (0.01, 1e6)
 """What others see of a camera that has no near and far plane."""
 
+_SURFACES = {ir.RECTANGLE: "RectLight", ir.DISC: "DiskLight", ir.CYLINDER: "CylinderLight"}
+_SIZES: dict[int, dict[str, float]] = {
+    ir.RECTANGLE: {"width": 2.0, "height": 2.0},
+    ir.DISC: {"radius": 1.0},
+    ir.CYLINDER: {"length": 2.0, "radius": 1.0},
+}
+"""Those of lights whose axes are the columns of their matrix."""
+
 
 def write_lights(root: Any, lights: Any) -> None:
     """One light prim each, in order."""
@@ -34,7 +42,11 @@ def write_lights(root: Any, lights: Any) -> None:
                 _emission(prim, color)
             case ir.POINT:
                 prim = child(scope, f"{name}_light", "SphereLight")
-                place(prim, (Step(StepKind.TRANSLATE, np.array(light["vector"])),))
+                if light["w"].any():
+                    place(prim, (_matrix(_facing(light["w"]), light["vector"]),))
+                else:
+                    place(prim, (Step(StepKind.TRANSLATE, np.array(light["vector"])),))
+                _shaping(prim, light)
                 radius = float(light["size"])
                 if radius == 0.0:
                     attribute(prim, "treatAsPoint", "bool", True)
@@ -43,9 +55,27 @@ def write_lights(root: Any, lights: Any) -> None:
                 # Normalised, a ball's power is spread over its surface: four discs.
                 attribute(prim, "inputs:normalize", "bool", True)
                 _emission(prim, [4.0 * c for c in color])
-            case _:
+            case ir.SKY:
                 prim = child(scope, name, "DomeLight")
                 _emission(prim, color)
+            case kind:
+                prim = child(scope, f"{name}_light", _SURFACES[kind])
+                axes = np.column_stack([light["u"], light["v"], -light["w"]])
+                place(prim, (_matrix(axes, light["vector"]),))
+                for size, number in _SIZES[kind].items():
+                    attribute(prim, f"inputs:{size}", "float", number)
+                _emission(prim, color)
+                _shaping(prim, light)
+
+
+def _shaping(prim: Any, light: Any) -> None:
+    """In which directions a light shines, unless that is everywhere."""
+    cone, softness, focus = (float(light[name]) for name in ("cone", "softness", "focus"))
+    if cone == 180.0 and focus == 0.0:
+        return
+    apply_schema(prim, "ShapingAPI")
+    for name, number in (("cone:angle", cone), ("cone:softness", softness), ("focus", focus)):
+        attribute(prim, f"inputs:shaping:{name}", "float", number)
 
 
 def _emission(prim: Any, color: list[float]) -> None:

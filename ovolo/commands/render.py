@@ -134,7 +134,10 @@ def _render(
         except ValueError as error:
             raise StopError(Exit.USAGE, str(error)) from None
     if not arguments.quiet:
-        print_diagnostics([warning for warning in film.warnings if warning not in told])
+        # What an importer has not found, it has said by the same words, with its prims.
+        said = tuple(warning.message for warning in told)
+        untold = [w for w in film.warnings if not any(s.startswith(w.message) for s in said)]
+        print_diagnostics(untold)
         told.update(film.warnings)
     _save(film, outputs)
     seconds = perf_counter() - start

@@ -17,6 +17,7 @@ from compiler.ir_text import print_ir
 from compiler.validate import validate
 from dsl.diagnostics import CompileError
 from dsl.scene import (
+    AreaLight,
     Bind,
     Camera,
     Group,
@@ -29,6 +30,7 @@ from dsl.scene import (
     Settings,
     Shape,
     ShapeKind,
+    Shaping,
     Sky,
     Step,
     StepKind,
@@ -43,6 +45,8 @@ APPEARANCE = Group(
         Sun((0.1, -1, 0.3), (3, 2.5, 1e-300), 0.53),
         PointLight((1, 2, 3), (4, 5, 6), 0.25),
         Sky((0.1, 0.2, 0.3)),
+        PointLight((0, 0, 0), (1, 1, 1), direction=(0, 3, 4), shaping=Shaping(30, 0.5, 2)),
+        AreaLight("disc", (1, 2, 3), ((1, 0, 0), (0, 0.5, 0), (0, 0, -1)), (1, 2, 3), Shaping(60)),
         placed(
             Camera("perspective", 0.7, 1.5, (0.25, 0), 0.1, 1e5, 'the "front"'),
             step("translate", 0, 0, 9),

@@ -75,6 +75,10 @@ sun(direction: (1, -2, 0.5), irradiance: 3, color: rgb(1, 0.5, 0.25), angle: 2de
 sun(direction: (0, -1, 0))
 point_light(position: (1, 2, 3), intensity: 7, radius: 0.25)
 point_light(position: (1, 2, 3), intensity: 7)
+point_light(position: (1, 2, 3), radius: 1, direction: (1, -1, 0), cone: 40deg, softness: 0.5)
+rectangle_light(size: (2, 3), radiance: 5, cone: 60deg, focus: 2).shear(xy: 0.5).rotate_x(20deg)
+disc_light(radius: 0.5).scale(1, 1, 2).translate(1, 2, 3)
+cylinder_light(radius: 0.1, height: 3, color: rgb(1, 0.5, 0)).rotate_z(30deg)
 sky(color: rgb(0.1, 0.2, 0.3))
 sphere()
 """

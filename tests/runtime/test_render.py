@@ -13,6 +13,7 @@ from compiler.flatten import flatten
 from compiler.ir import INTEGRATORS, PRECISIONS, SceneIR
 from dsl.diagnostics import Diagnostic
 from dsl.scene import (
+    AreaLight,
     Bind,
     Camera,
     File,
@@ -27,11 +28,13 @@ from dsl.scene import (
     Settings,
     Shape,
     ShapeKind,
+    Shaping,
     Sky,
     Step,
     StepKind,
     Sun,
     Transform,
+    Vector,
 )
 from runtime._kernel import instruction_sets
 from runtime.camera import choose_camera, default_camera
@@ -155,8 +158,35 @@ def test_closed_forms_of_light() -> None:
     np.testing.assert_allclose(render(slanted, width=4, height=4).color[..., 0], 0.25, rtol=1e-5)
     lamp = scene(ground, PointLight((0, 2, 0), (4 * math.pi,) * 3), camera)
     np.testing.assert_allclose(render(lamp, width=4, height=4).color[..., 0], 0.5, rtol=1e-2)
+    # A disc of radiance L and radius r at height h: π L r² / (r² + h²).
+    axes: tuple[Vector, Vector, Vector] = ((1.5, 0, 0), (0, 0, 1.5), (0, -1, 0))
+    disc = scene(ground, AreaLight("disc", (2, 2, 2), axes, (0, 2, 0)), camera)
+    color = render(disc, width=4, height=4, samples=256).color[..., 0]
+    np.testing.assert_allclose(color, 0.5 * 2 * 1.5**2 / (1.5**2 + 2**2), rtol=1e-2)
+    spots = [
+        PointLight((0, 2, 0), (4 * math.pi,) * 3, shaping=shaping, direction=(1, -1, 0))
+        for shaping in (Shaping(40), Shaping(50), Shaping(focus=2.0))
+    ]
+    lit = [render(scene(ground, s, camera), width=4, height=4).color[..., 0].mean() for s in spots]
+    np.testing.assert_allclose(lit, [0.0, 0.5, 0.25], rtol=2e-2)
     sky = scene(ground, Sky((0.8, 0.8, 0.8)), camera)
     np.testing.assert_allclose(render(sky, width=4, height=4).color[..., 0], 0.4, rtol=1e-5)
+
+
+def test_what_stands_before_a_surface_of_light_shadows_and_what_lies_in_it_does_not() -> None:
+    camera = looking(Camera("orthographic", 0.1), (3, 5, 0.001), (0, 0, 0))
+    axes: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 0, 1), (0, -1, 0))
+    light = AreaLight("rectangle", (1, 1, 1), axes, (0, 2, 0))
+    panel = Shape(ShapeKind.RECTANGLE, (2.0, 2.0))
+    seen = [
+        render(scene(Bind(PLANE, MATTE), *items, light, camera), width=4, height=4)
+        .color[..., 0]
+        .mean()
+        for items in ([], [moved(panel, 0, 2, 0)], [moved(panel, 0, 1.9, 0)])
+    ]
+    assert seen[0] > 0.1
+    assert seen[1] == pytest.approx(seen[0])
+    assert seen[2] == 0.0
 
 
 def test_there_is_no_acne_and_no_leak() -> None:

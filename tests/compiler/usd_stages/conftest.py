@@ -15,6 +15,7 @@ from compiler.usd import StageOptions, import_stage
 from dsl.diagnostics import Diagnostic
 from dsl.scene import (
     DEFAULT_MATERIAL,
+    AreaLight,
     Bind,
     Camera,
     Group,
@@ -122,7 +123,7 @@ def _expand(root: Node) -> Iterator[Leaf | tuple[Matrix, Node]]:
         elif isinstance(node, (Shape, Mesh)):
             yield Leaf(path + label + points, world, node, material or DEFAULT_MATERIAL)
         else:
-            assert isinstance(node, (Camera, Sun, PointLight, Sky, Settings))
+            assert isinstance(node, (AreaLight, Camera, Sun, PointLight, Sky, Settings))
             yield world, node
 
 

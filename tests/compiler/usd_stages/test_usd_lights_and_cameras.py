@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dsl.scene import Camera, PointLight, Sky, Sun
+from dsl.scene import AreaLight, Camera, PointLight, Shaping, Sky, Sun
 
 
 def one(imported: Any, kind: type) -> tuple[np.ndarray, Any]:
@@ -17,14 +17,14 @@ def one(imported: Any, kind: type) -> tuple[np.ndarray, Any]:
     return found
 
 
-def test_what_shapes_lights_is_named_one_by_one(load: Callable[..., Any]) -> None:
+def test_what_lights_do_not_have_is_named_one_by_one(load: Callable[..., Any]) -> None:
     imported = load("""
 def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
-    float inputs:shaping:cone:softness = 0.5
-    float inputs:shaping:focus = 2
+    color3f inputs:shaping:focusTint = (1, 0, 0)
+    asset inputs:shaping:ies:file = @lamp.ies@
 }
-def SphereLight "bare" (prepend apiSchemas = ["ShapingAPI"]) {
-    float inputs:shaping:cone:angle = 180
+def DistantLight "sun" (prepend apiSchemas = ["ShapingAPI"]) {
+    float inputs:shaping:cone:angle = 30
 }
 def DomeLight_1 "sky" {
     uniform token poleAxis = "Y"
@@ -32,13 +32,35 @@ def DomeLight_1 "sky" {
 def RectLight "panel" {
     asset inputs:texture:file = @panel.png@
 }
+def DiskLight "nothing" {
+    float inputs:radius = 0
+}
 """)
     for name, path in (
-        ("cone:angle", "/spot"), ("cone:softness", "/spot"), ("focus", "/spot"),
-        ("poleAxis", "/sky"), ("texture:file", "/panel"), ("balls of their size", "/panel"),
+        ("focusTint", "/spot"), ("ies:file", "/spot"), ("cone:angle", "/sun"),
+        ("poleAxis", "/sky"), ("texture:file", "/panel"), ("without a surface", "/nothing"),
     ):  # fmt: skip
         assert imported.said(name).primary.place.prim == path
     assert len(imported.diagnostics) == 6
+
+
+def test_shaping_is_around_the_way_that_a_light_points(load: Callable[..., Any]) -> None:
+    imported = load("""
+def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
+    float inputs:shaping:cone:angle = 30
+    float inputs:shaping:cone:softness = 0.5
+    float inputs:shaping:focus = 2
+    float xformOp:rotateX = -90
+    uniform token[] xformOpOrder = ["xformOp:rotateX"]
+}
+def SphereLight "half" (prepend apiSchemas = ["ShapingAPI"]) {
+}
+""")
+    (_, spot), (_, half) = imported.others
+    assert spot.shaping == Shaping(30.0, 0.5, 2.0)
+    np.testing.assert_allclose(spot.direction, (0, -1, 0), atol=1e-15)
+    assert (half.shaping, half.direction) == (Shaping(90.0), (0.0, 0.0, -1.0))
+    assert imported.diagnostics == []
 
 
 def test_cameras_are_placed_and_named_by_path(load: Callable[..., Any]) -> None:
@@ -133,28 +155,29 @@ def test_an_unnormalised_sun_shines_by_its_solid_angle(load: Callable[..., Any])
 
 
 @pytest.mark.parametrize(
-    ("light", "size", "shadow", "surface"),
+    ("light", "size", "surface"),
     [
-        ("RectLight", "float inputs:width = 3", 3 * 2 * 1, 3 * 2 * 1),
-        ("DiskLight", "float inputs:radius = 2", math.pi * 4 * 2, math.pi * 4 * 2),
-        ("CylinderLight", "float inputs:radius = 0.25", 0.5 * 2, math.pi * 0.5 * 2),
+        ("RectLight", "float inputs:width = 3", 3 * 2 * 1),
+        ("DiskLight", "float inputs:radius = 2", math.pi * 4 * 2),
+        ("CylinderLight", "float inputs:radius = 0.25", math.pi * 0.5 * 2),
     ],
 )
 @pytest.mark.parametrize("normalize", [0, 1])
-def test_area_lights_send_ahead_what_they_would(
-    load: Callable[..., Any], light: str, size: str, shadow: float, surface: float, normalize: int
+def test_area_lights_emit_radiance_or_power(
+    load: Callable[..., Any], light: str, size: str, surface: float, normalize: int
 ) -> None:
-    """Radiance 5 times the largest shadow, or that over the surface; the scale is (2, 1, 1)."""
+    """Radiance 5, or that over the surface; the scale is (2, 1, 1)."""
     imported = load(f"""
 def {light} "l" {{
     float inputs:intensity = 5
     bool inputs:normalize = {normalize}
     {size}
     float3 xformOp:scale = (2, 1, 1)
-    uniform token[] xformOpOrder = ["xformOp:scale"]
+    double3 xformOp:translate = (1, 2, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
 }}
 """)
-    ((_, lamp),) = imported.others
-    assert lamp.intensity[0] == pytest.approx(5 * shadow / (surface if normalize else 1.0))
-    assert lamp.radius == pytest.approx(math.sqrt(shadow / math.pi))
-    assert "all sides" in imported.diagnostics[0].message
+    _, lamp = one(imported, AreaLight)
+    assert lamp.radiance[0] == pytest.approx(5 / (surface if normalize else 1.0), rel=1e-6)
+    assert lamp.position == (1.0, 2.0, 3.0)
+    assert imported.diagnostics == []

@@ -89,6 +89,9 @@ READ_OF_SCHEMAS = {
     "GeomModelAPI": {
         "model:applyDrawMode", "model:cardGeometry", "model:drawMode", "model:drawModeColor",
     },
+    "ShapingAPI": {
+        "inputs:shaping:cone:angle", "inputs:shaping:cone:softness", "inputs:shaping:focus",
+    },
     "OvoloBevelAPI": {"ovolo:bevel"},
     "OvoloCameraAPI": {"ovolo:clippingRange", "ovolo:freeAspect"},
     "OvoloInstancerAPI": {"ovolo:transforms"},

@@ -2,10 +2,12 @@
 use super::detail::detail;
 use crate::lanes::InstructionSet;
 use crate::ray::Trace;
+use crate::render::area::{AreaLight, Surface};
 use crate::render::camera::{Camera, Projection};
 use crate::render::film::Film;
 use crate::render::light::{Light, Lights};
 use crate::render::material::{Material, Parameters};
+use crate::render::shaping::Shaping;
 use crate::render::vector::Vec3;
 use crate::render::{self, Appearance, Integrator, Picture};
 use numpy::ndarray::arr0;
@@ -206,16 +208,41 @@ fn lights(table: &Bound<'_, PyAny>) -> PyResult<Lights> {
     let vectors = table.vectors("vector")?;
     let colors = table.vectors("color")?;
     let sizes = table.numbers("size")?;
+    let axes = [
+        table.vectors("u")?,
+        table.vectors("v")?,
+        table.vectors("w")?,
+    ];
+    let cones = table.numbers("cone")?;
+    let softness = table.numbers("softness")?;
+    let focus = table.numbers("focus")?;
     let mut lights = Lights::default();
-    for (((kind, vector), color), size) in kinds.into_iter().zip(vectors).zip(colors).zip(sizes) {
+    for (i, kind) in kinds.into_iter().enumerate() {
+        let (vector, color) = (vectors[i], colors[i]);
+        let [u, v, w] = [axes[0][i], axes[1][i], axes[2][i]];
+        let shaping = |axis: Vec3| Shaping::new(axis.normalized(), cones[i], softness[i], focus[i]);
+        let area = |surface: Surface, axis: Vec3| {
+            Light::Area(AreaLight::new(
+                surface,
+                vector,
+                [u, v, w],
+                color,
+                shaping(axis),
+            ))
+        };
+        let normal = u.cross(v) * 1f64.copysign(u.cross(v).dot(w));
         match kind {
-            0 => lights.push(Light::sun(vector, color, size)),
+            0 => lights.push(Light::sun(vector, color, sizes[i])),
             1 => lights.push(Light::Point {
                 position: vector,
                 intensity: color,
-                radius: size,
+                radius: sizes[i],
+                shaping: shaping(w),
             }),
             2 => lights.push_sky(color),
+            3 => lights.push(area(Surface::Rectangle, normal)),
+            4 => lights.push(area(Surface::Disc, normal)),
+            5 => lights.push(area(Surface::Cylinder, w)),
             other => {
                 return Err(PyValueError::new_err(format!(
                     "unknown kind of light {other}"

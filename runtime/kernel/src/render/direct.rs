@@ -1,4 +1,4 @@
-//! Direct light: from suns, points and the sky, with shadows, through what is transparent.
+//! Direct light: from suns, points, surfaces and the sky, with shadows, through what is transparent.
 use super::frame::Frame;
 use super::material::Material;
 use super::samples::Samples;

@@ -1,11 +1,13 @@
-//! Lights: what arrives at a point, and from where.
+//! Lights: what arrives at a point, and from where; surfaces are in `area.rs`.
 //!
 //! A sun of angular diameter 2α and a ball of radius r at distance D (sin α = r / D) are both a
 //! cone of uniform radiance whose irradiance E on a surface that faces the axis is given; from
 //! E = L π sin² α and the density 1 / (2π (1 - cos α)) of a direction drawn uniformly, every
 //! direction has the same weight L / density = 2 E / (1 + cos α). No sample is an outlier.
+use super::area::AreaLight;
 use super::camera::Camera;
 use super::direction::{Basis, cone};
+use super::shaping::Shaping;
 use super::vector::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -33,7 +35,11 @@ pub enum Light {
         intensity: Vec3,
         /// Radius of the ball.
         radius: f64,
+        /// In which directions it shines how much.
+        shaping: Option<Shaping>,
     },
+    /// A surface.
+    Area(AreaLight),
 }
 
 /// One direction in which a light shines on a point.
@@ -72,6 +78,7 @@ impl Light {
         match *self {
             Light::Sun { sin, .. } => sin > 0.0,
             Light::Point { radius, .. } => radius > 0.0,
+            Light::Area(_) => true,
         }
     }
 
@@ -79,6 +86,7 @@ impl Light {
     #[inline(always)]
     pub fn illuminate(&self, point: Vec3, sample: [f64; 2]) -> Option<Illumination> {
         match *self {
+            Light::Area(ref area) => area.illuminate(point, sample),
             Light::Sun {
                 basis,
                 towards,
@@ -100,20 +108,23 @@ impl Light {
                 position,
                 intensity,
                 radius,
+                shaping,
             } => {
+                let shaped =
+                    |towards| intensity * shaping.map_or(1.0, |shaping| shaping.factor(towards));
                 let offset = position - point;
                 let distance = offset.dot(offset).sqrt();
                 if !(distance > 0.0 && distance < f64::INFINITY) {
                     return None;
                 }
                 let axis = offset * (1.0 / distance);
-                let irradiance = intensity * (1.0 / distance) * (1.0 / distance);
+                let fall = 1.0 / distance;
                 if radius == 0.0 {
                     return Some(Illumination {
                         towards: axis,
                         axis,
                         sin: 0.0,
-                        irradiance,
+                        irradiance: shaped(axis) * fall * fall,
                         distance,
                     });
                 }
@@ -123,11 +134,12 @@ impl Light {
                 // Where the direction enters the ball: nothing inside the ball shadows.
                 let across = distance * ((1.0 - local.z) * (1.0 + local.z)).sqrt();
                 let half_chord = ((radius - across) * (radius + across)).max(0.0).sqrt();
+                let towards = Basis::new(axis).world(local);
                 Some(Illumination {
-                    towards: Basis::new(axis).world(local),
+                    towards,
                     axis,
                     sin,
-                    irradiance: irradiance * (2.0 / (1.0 + cos)),
+                    irradiance: shaped(towards) * fall * fall * (2.0 / (1.0 + cos)),
                     distance: distance * local.z - half_chord,
                 })
             }
@@ -138,7 +150,7 @@ impl Light {
 /// All lights of a scene; black ones are left out.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// Suns and points, each traced with one shadow ray per camera sample.
+    /// Suns, points and surfaces, each traced with one shadow ray per camera sample.
     pub local: Vec<Light>,
     /// Uniform radiance from every direction that nothing hides; black costs no rays.
     pub sky: Vec3,
@@ -147,12 +159,13 @@ pub struct Lights {
 }
 
 impl Lights {
-    /// Adds a sun or a point, unless it is black.
+    /// Adds a light, unless it is black.
     pub fn push(&mut self, light: Light) {
-        let (Light::Sun { weight: power, .. }
-        | Light::Point {
-            intensity: power, ..
-        }) = light;
+        let power = match light {
+            Light::Sun { weight, .. } => weight,
+            Light::Point { intensity, .. } => intensity,
+            Light::Area(area) => area.radiance(),
+        };
         if power != Vec3::ZERO {
             self.local.push(light);
         }
@@ -220,6 +233,7 @@ mod tests {
                 position,
                 intensity: Vec3::ONE * 8.0,
                 radius,
+                shaping: None,
             };
             let got = irradiance(&ball, Vec3::ZERO, Vec3::new(0.0, 1.0, 0.0));
             assert!((got - 2.0).abs() < 2e-3, "{radius}: {got}");
@@ -234,6 +248,7 @@ mod tests {
             position,
             intensity: Vec3::ONE,
             radius: 0.5,
+            shaping: None,
         };
         for i in 0..100 {
             let light = ball.illuminate(Vec3::ZERO, key.point(i, 0)).unwrap();

@@ -5,6 +5,7 @@
 //! sample, dimension and seed, every pixel is summed by one thread in the order of its samples, and
 //! no function of the system's mathematical library is called: the picture is the same, bit for
 //! bit, whatever the threads, the batches and the instruction set.
+pub mod area;
 pub mod attributes;
 pub mod camera;
 pub mod detail;
@@ -19,6 +20,7 @@ mod order;
 pub mod sampler;
 mod samples;
 mod shadows;
+pub mod shaping;
 pub mod texture;
 pub mod tile;
 pub mod vector;
