@@ -57,27 +57,49 @@ def cage(
     """The cage of polygons: `counts` `(f,)` corners of each, `corners` `(c,)` their points.
 
     Every face has at least 3 corners, with points in range, and no corner has the point of the
-    next one. Edges of other than two faces are sharp, and so are points of one face only (unless
-    `boundary` is "edgeOnly") and points where faces meet that share no edge. With "none", faces at
-    a boundary are hidden.
+    next one. As in OpenSubdiv, edges are sharp unless two faces run along them in opposite
+    directions, and so are points of one face only (unless `boundary` is "edgeOnly") and points
+    around which faces are more than one fan, but for those where just two edges have the same
+    number of too many faces: there a crease goes on. With "none", faces at a boundary that is not
+    sharp by choice are hidden.
     """
     faces = topology(point_count, counts, corners)
     edge_faces = np.bincount(faces.corner_edges, minlength=len(faces.edges))
     edges, points = _sharpness(faces, creases)
-    edges[edge_faces != 2] = np.inf
-    at_edges = np.bincount(faces.edges.ravel(), minlength=point_count)
-    at_faces = np.bincount(faces.corners, minlength=point_count)
-    # A fan of faces has one edge more than faces if it is open, and as many if it is closed.
-    points[at_edges > at_faces + 1] = np.inf
-    points[np.unique(faces.edges[edge_faces > 2])] = np.inf
     hidden = np.zeros(len(counts), bool)
-    open_points = np.zeros(point_count, bool)
-    open_points[faces.edges[edge_faces == 1]] = True
-    if boundary == "edgeAndCorner":
-        points[open_points & (at_faces == 1)] = np.inf
-    elif boundary == "none":
+    if boundary == "none":
+        open_points = np.zeros(point_count, bool)
+        open_points[faces.edges[(edge_faces == 1) & (edges < np.inf)]] = True
         hidden[faces.corner_faces[open_points[faces.corners]]] = True
+    joined = faces.joined_edges()
+    edges[~joined] = np.inf
+    at_faces = np.bincount(faces.corners, minlength=point_count)
+    at_ends = np.bincount(faces.edges[edge_faces == 1].ravel(), minlength=point_count)
+    if boundary == "edgeAndCorner":
+        points[(at_ends > 0) & (at_faces == 1)] = np.inf
+    points[_many_fans(faces, edge_faces, joined, at_ends)] = np.inf
     return Cage(faces, edges, points, hidden)
+
+
+def _many_fans(
+    faces: Topology, edge_faces: IntArray, joined: NDArray[np.bool_], at_ends: IntArray
+) -> NDArray[np.bool_]:
+    """Points around which faces are more than one fan, unless a crease goes through `(v,)`.
+
+    `at_ends` `(v,)` are the edges of a single face at each point: two for each open fan.
+    """
+    count = faces.point_count
+    tangled = np.flatnonzero(~joined & (edge_faces > 1))
+    ends = faces.edges[tangled]
+    at_tangled = np.bincount(ends.ravel(), minlength=count)
+    of_faces = np.bincount(ends.ravel(), np.repeat(edge_faces[tangled], 2), count)
+    squared = np.bincount(ends.ravel(), np.repeat(edge_faces[tangled] ** 2, 2), count)
+    crease = (at_tangled == 2) & (at_ends == 0) & (2 * squared == of_faces**2)
+    crease &= np.bincount(faces.corners, minlength=count) > np.bincount(
+        faces.edges.ravel(), minlength=count
+    )
+    fans = at_ends // 2 + faces.closed_fans()
+    return np.asarray((at_tangled > 0) & ~crease | (fans > 1))
 
 
 def _sharpness(faces: Topology, creases: Creases | None) -> tuple[FloatArray, FloatArray]:

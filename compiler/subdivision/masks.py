@@ -31,6 +31,13 @@ class Sharpness:
     edges: FloatArray
     points: FloatArray
 
+    @property
+    def fades(self) -> bool:
+        """Whether any of it will end."""
+        return any(
+            bool(((each > 0.0) & (each < np.inf)).any()) for each in (self.edges, self.points)
+        )
+
     def softened(self) -> Sharpness:
         """What is left after one refinement."""
         return Sharpness(np.maximum(self.edges - 1.0, 0.0), np.maximum(self.points - 1.0, 0.0))

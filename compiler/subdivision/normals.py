@@ -24,9 +24,7 @@ def normals(
     side from which corners run anticlockwise.
     """
     here = points[faces.corners]
-    before = faces.previous
-    following = np.empty_like(before)
-    following[before] = np.arange(len(before))
+    before, following = faces.previous, faces.following
     own = np.cross(here[following] - here, here[before] - here)
     rows = _fans(faces, following, sharp)
     count = int(rows.max(initial=-1)) + 1

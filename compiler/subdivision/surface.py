@@ -12,6 +12,9 @@ from compiler.subdivision.masks import Sharpness
 from compiler.subdivision.normals import normals
 from dsl.scene import FloatArray, IntArray
 
+MOST_CORNERS = 1 << 19
+"""Corners up to which faces are refined only to find the limit of what they keep."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
@@ -44,9 +47,10 @@ def limit_surface(
     Level 0 has the faces of the cage with their points at the limit. `points` are rows of any
     width; those of no face are ignored, and zero in the surface. Faces of a "loop" cage are
     triangles. With `smooth_triangles`, triangles of a "catmullClark" cage are refined by the
-    `smooth` rule. Sharpness that is left after the last level counts as it stands: below 1 it
-    moves its points part of the way to the crease. For `with_normals`, points are positions; edges
-    whose sharpness is left are where normals break.
+    `smooth` rule. Sharpness that is left after the last level is refined away to find the limit, up
+    to `MOST_CORNERS`, and beyond counts as it stands: below 1 it moves its points part of the way
+    to the crease. For `with_normals`, points are positions; edges whose sharpness is left are where
+    normals break.
     """
     used = np.zeros(len(points), bool)
     used[cage.topology.corners] = True
@@ -54,8 +58,12 @@ def limit_surface(
     faces = cage.topology
     sharpness = Sharpness(cage.edge_sharpness, cage.point_sharpness)
     origin = np.arange(len(faces.counts))
+    kept = faces, sharpness, origin
+    step = 0
     # The limit rules are for quadrilaterals, so even level 0 is refined, and then forgotten.
-    for step in range(max(level, 1)):
+    while step < max(level, 1) or (
+        scheme != "bilinear" and sharpness.fades and 4 * len(faces.corners) <= MOST_CORNERS
+    ):
         if scheme == "loop":
             points = masks.loop(points, faces, sharpness)
             origin = np.repeat(origin, 4)
@@ -69,14 +77,15 @@ def limit_surface(
             origin = np.repeat(origin, faces.counts)
             faces = faces.quads()
         sharpness = sharpness.refined(len(faces.edges), faces.point_count)
+        step += 1
+        if step == level:
+            kept = faces, sharpness, origin
     if scheme == "loop":
         points = masks.loop_limit(points, faces, sharpness)
     elif scheme == "catmullClark":
         points = masks.catmull_clark_limit(points, faces, sharpness)
-    if level == 0:
-        faces = cage.topology
-        points, origin = points[: faces.point_count], np.arange(len(faces.counts))
-        sharpness = Sharpness(cage.edge_sharpness, cage.point_sharpness)
+    faces, sharpness, origin = kept
+    points = points[: faces.point_count]
     found, rows = normals(points, faces, sharpness.edges >= 1.0) if with_normals else (None, None)
     if not cage.hidden.any():
         return Surface(points, faces.counts, faces.corners, origin, found, rows)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dsl.scene import IntArray
 
@@ -46,6 +47,40 @@ class Topology:
         starts = self.starts
         before[starts] = starts + self.counts - 1
         return before
+
+    @property
+    def following(self) -> IntArray:
+        """The corner after each corner of its face `(c,)`."""
+        before = self.previous
+        after = np.empty_like(before)
+        after[before] = np.arange(len(before))
+        return after
+
+    def joined_edges(self) -> NDArray[np.bool_]:
+        """Edges of just two faces that run along them in opposite directions `(e,)`."""
+        along = np.where(self.edges[self.corner_edges, 0] == self.corners, 1, -1)
+        count = np.bincount(self.corner_edges, minlength=len(self.edges))
+        balance = np.bincount(self.corner_edges, along, len(self.edges))
+        return np.asarray((count == 2) & (balance == 0.0))
+
+    def closed_fans(self) -> IntArray:
+        """Around how many fans of faces one can walk about each point `(v,)`."""
+        corners = np.arange(len(self.corners))
+        first, last = np.empty((2, len(self.edges)), np.int64)
+        first[self.corner_edges[::-1]] = corners[::-1]
+        last[self.corner_edges] = corners
+        # The corner of the next face about a point begins at the edge where this one's ends.
+        entering = self.corner_edges[self.previous]
+        twin = np.where(first[entering] == self.previous, last[entering], first[entering])
+        lost = len(corners)
+        onward = np.append(np.where(self.joined_edges()[entering], twin, lost), lost)
+        lowest = np.append(corners, -1)
+        # Each turn looks twice as far: after as many as double the largest fan, all around it.
+        largest = int(np.bincount(self.corners, minlength=1).max(initial=1))
+        for _ in range(largest.bit_length()):
+            lowest = np.minimum(lowest, lowest[onward])
+            onward = onward[onward]
+        return np.bincount(self.corners[lowest[:-1] == corners], minlength=self.point_count)
 
     def edge_faces(self) -> tuple[IntArray, IntArray]:
         """The first and the last face at each edge, `(e,)` each: of most edges, all."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from compiler.usd.clock import Clock
 from compiler.usd.materials import Materials
@@ -124,6 +125,9 @@ class Appearance:
 
     def _binding(self, material: Any, source: Any) -> Binding | None:
         if not material:
+            if source and any(map(partial(_is_missing, source.GetStage()), source.GetTargets())):
+                message = "a binding to what is no material is not used"
+                self._report.add("usd-material", message, source.GetPrim().GetPath())
             return None
         strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(source)
         return Binding(
@@ -139,10 +143,24 @@ class Appearance:
             self.resolve([prim])
         return self._bindings[path]
 
+    def subsets(self, prim: Any) -> list[Any]:
+        """The subsets of a mesh's faces that may have materials, below an instance's root too."""
+        below = prim.GetFilteredChildren(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+        found = []
+        for subset in (UsdGeom.Subset(child) for child in below if child.IsA(UsdGeom.Subset)):
+            bound = UsdShade.MaterialBindingAPI(subset.GetPrim()).GetDirectBindingRel()
+            kind = self._clock.token(subset.GetElementTypeAttr())
+            family = self._clock.token(subset.GetFamilyNameAttr())
+            if kind == UsdGeom.Tokens.face and family == UsdShade.Tokens.materialBind:
+                found.append(subset)
+            elif bound and bound.GetTargets():
+                message = f"materials of `{kind}` subsets of the family `{family}` are not used"
+                self._report.add("usd-material", message, subset.GetPath())
+        return found
+
     def attributes(self, prim: Any, own: Binding | None) -> frozenset[str]:
         """The attributes that a mesh's `own` material and those of subsets of its faces read."""
-        subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
-        bound = [own, *(self.binding(subset.GetPrim()) for subset in subsets)]
+        bound = [own, *(self.binding(subset.GetPrim()) for subset in self.subsets(prim))]
         textures = [texture for each in bound if each for texture in each.material.textures]
         return frozenset(texture.attribute for texture in textures)
 
@@ -229,6 +247,19 @@ class Appearance:
             self._report.add("usd-primvar", message, prim.GetPath())
             return 1.0
         return float(np.clip(values.mean(), 0.0, 1.0))
+
+
+def _is_missing(stage: Any, path: Sdf.Path) -> bool:
+    """Whether a target is no material, and not for want of a layer, which is reported as that."""
+    if not path.IsAbsoluteRootOrPrimPath():
+        return False
+    found = stage.GetPrimAtPath(path)
+    if found:
+        return not found.IsA(UsdShade.Material)
+    while not found:
+        path = path.GetParentPath()
+        found = stage.GetPrimAtPath(path)
+    return not (found.HasAuthoredReferences() or found.HasAuthoredPayloads())
 
 
 def _purpose(source: Any) -> str:

@@ -2,9 +2,10 @@
 
 HermiteCurves become the Bézier curves that they are, with widths linear between their points.
 
-A cubic segment becomes as many tubes as keep their chords within `FINE` radii of the curve. Where
-a prim would get more than `MANY` tubes, chords may miss by more, up to `TOLERANCE`; beyond `BUDGET`
-they get what is left. Widths are diameters, and 1 where none are authored.
+A cubic segment becomes as many tubes as keep their chords within `FINE` radii of the curve, and
+within `SHARE` of the prim's size. Where a prim would get more than `MANY` tubes, chords may miss by
+more, up to `TOLERANCE` radii; beyond `BUDGET` tubes they get what is left. Widths are diameters,
+and 1 where none are authored.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from compiler.usd.schema import type_of
 from dsl.scene import FloatArray, IntArray, Node
 
 FINE = 0.002
+SHARE = 5e-6
 MANY = 1 << 16
-PIECES = 128
+PIECES = 512
 BUDGET = 1 << 20
 """Tubes of one segment at most, and of one prim unless it has more segments."""
 
@@ -136,19 +138,23 @@ class Segments:
 
     def pieces(self) -> IntArray:
         """Into how many chords each segment is cut."""
-        count = self._pieces(FINE)
-        excess = count.sum() / MANY
-        return count if excess <= 1.0 else self._pieces(min(FINE * excess**2, TOLERANCE))
+        places = self.control[:, :, :3].reshape(-1, 3)
+        size = float(np.ptp(places, axis=0).max())
+        count = self._pieces(FINE, SHARE * size)
+        excess = (count.sum() / MANY) ** 2
+        if excess <= 1.0:
+            return count
+        return self._pieces(min(FINE * excess, TOLERANCE), SHARE * size * excess)
 
-    def _pieces(self, tolerance: float) -> IntArray:
-        """Into how many chords, to miss the curve by that many radii at most.
+    def _pieces(self, radii: float, distance: float) -> IntArray:
+        """Into how many chords, to miss the curve by that many radii, and that far, at most.
 
         The chord of one of k parts misses the curve by at most |P''| / 8k², and |P''| is at most 6
         times the largest second difference of the Bézier points.
         """
         second = self.control[:, 2:, :3] - 2.0 * self.control[:, 1:3, :3] + self.control[:, :2, :3]
         bend = np.linalg.norm(second, axis=2).max(axis=1)
-        allowed = tolerance * self.control[:, :, 3].max(axis=1)
+        allowed = np.minimum(radii * self.control[:, :, 3].max(axis=1), distance)
         squared = np.divide(0.75 * bend, allowed, out=np.ones_like(bend), where=allowed > 0.0)
         count: IntArray = np.clip(np.ceil(np.sqrt(squared)), 1, PIECES).astype(np.int64)
         return count
@@ -293,8 +299,15 @@ def _extended(
 
 
 def _widths(prim: Any, schema: Any, clock: Clock) -> tuple[FloatArray, str]:
-    """Widths `(n,)`, at least one, and their interpolation; the primvar comes first."""
-    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
+    """Widths `(n,)`, at least one, and their interpolation.
+
+    The prim's primvar comes first; one that is inherited stands in for what the prim does not say.
+    """
+    primvars = UsdGeom.PrimvarsAPI(prim)
+    if prim.GetAttribute("widths").HasAuthoredValue():
+        primvar = primvars.GetPrimvar("widths")
+    else:
+        primvar = primvars.FindPrimvarWithInheritance("widths")
     authored = bool(primvar) and primvar.HasAuthoredValue()
     value = clock.value(primvar.GetAttr() if authored else prim.GetAttribute("widths"))
     array = np.atleast_1d(np.asarray(value)) if value is not None else np.empty(0)

@@ -26,6 +26,8 @@ _FROM_Y: dict[str, tuple[Step, ...]] = {
 }
 """Turns +y into the axis, and never mirrors."""
 
+_UPSIDE_DOWN = (rotation("X", 180.0),)
+
 Placed = tuple[Shape | Mesh, tuple[Step, ...]]
 
 
@@ -74,6 +76,15 @@ class Gprims:
     def _size(self, prim: Any, name: str, fallback: float) -> float:
         """A length; its sign says nothing about a symmetric solid."""
         return abs(self._clock.number(prim.GetAttribute(name), fallback))
+
+    def _is_upside_down(self, prim: Any) -> bool:
+        """Whether a height below zero exchanges top and bottom, as it does in Hydra's meshes."""
+        return self._clock.number(prim.GetAttribute("height"), 1.0) < 0.0
+
+    def _radii(self, prim: Any, fallback: float) -> tuple[float, float]:
+        """The radii at the bottom and at the top."""
+        bottom, top = (self._size(prim, f"radius{end}", fallback) for end in ("Bottom", "Top"))
+        return (top, bottom) if self._is_upside_down(prim) else (bottom, top)
 
     def _empty(self, prim: Any, name: str) -> None:
         message = f"a prim whose `{name}` is zero draws nothing"
@@ -125,13 +136,12 @@ class Gprims:
         return None if shape is None else (shape, _FROM_Y[self._axis(prim)])
 
     def _cylinder_1(self, prim: Any) -> Placed | None:
-        top, bottom = self._size(prim, "radiusTop", 1.0), self._size(prim, "radiusBottom", 1.0)
+        bottom, top = self._radii(prim, 1.0)
         height = self._size(prim, "height", 2.0)
         if top == bottom:
             return self._tube(prim, top, height)
         if bottom == 0.0:
-            flip = (Step(StepKind.ROTATE, np.array([1.0, 0.0, 0.0, 180.0])),)
-            return self._spike(prim, top, height, flip)
+            return self._spike(prim, top, height, _UPSIDE_DOWN)
         if top == 0.0:
             return self._spike(prim, bottom, height)
         if height == 0.0:
@@ -140,7 +150,9 @@ class Gprims:
         return self._mesh(prim, frustum, bottom, top, height)
 
     def _cone(self, prim: Any) -> Placed | None:
-        return self._spike(prim, self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0))
+        turned = _UPSIDE_DOWN if self._is_upside_down(prim) else ()
+        radius, height = self._size(prim, "radius", 1.0), self._size(prim, "height", 2.0)
+        return self._spike(prim, radius, height, turned)
 
     def _spike(
         self, prim: Any, radius: float, height: float, turned: tuple[Step, ...] = ()
@@ -166,7 +178,7 @@ class Gprims:
         return self._tube(prim, radius, height, radius)
 
     def _capsule_1(self, prim: Any) -> Placed | None:
-        top, bottom = self._size(prim, "radiusTop", 0.5), self._size(prim, "radiusBottom", 0.5)
+        bottom, top = self._radii(prim, 0.5)
         if top == bottom:
             return self._round_tube(prim, top, self._size(prim, "height", 1.0))
         return self._mesh(prim, capsule, bottom, top, self._size(prim, "height", 1.0))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, UsdShade
+from numpy.typing import NDArray
+from pxr import Sdf
 
 from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
@@ -76,15 +77,19 @@ class Meshes:
             if display.faces is not None and len(display.faces) == surface.face_count:
                 labels = display.faces.copy()
             elif display.faces is not None:
+                labels += display.faces[0]
                 message = "a displayColor with a wrong number of values is read as its first"
                 self._report.add("usd-primvar", message, prim.GetPath())
         taken = np.zeros(surface.face_count, bool)
-        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+        for subset in self._appearance.subsets(prim):
             own = self._appearance.binding(subset.GetPrim())
             faces = self._clock.integers(subset.GetIndicesAttr())
             if own is None or faces is None:
                 continue
-            faces = faces[(faces >= 0) & (faces < surface.face_count)]
+            known = (faces >= 0) & (faces < surface.face_count)
+            self._left_out(subset, ~known, "beyond those of its mesh")
+            faces = np.unique(faces[known])
+            self._left_out(subset, taken[faces], "of a subset before it")
             faces = faces[~taken[faces]]
             taken[faces] = True
             labels[faces] = len(materials)
@@ -104,6 +109,11 @@ class Meshes:
         return [
             (mesh, materials[label]) for mesh, label in zip(self._parts[key], used, strict=True)
         ]
+
+    def _left_out(self, subset: Any, rows: NDArray[np.bool_], which: str) -> None:
+        if rows.any():
+            message = f"{np.count_nonzero(rows)} faces of a subset are {which}, and left out of it"
+            self._report.add("usd-material", message, subset.GetPath())
 
 
 def _shared_path(prim: Any) -> Sdf.Path:

@@ -70,11 +70,15 @@ class Skinning:
         points = self._blended(prim, query, bones, points)
         if not query.HasJointInfluences():
             return points
-        world = world_matrix(skeleton.GetPrim(), self._clock)
-        skeleton_to_mesh = np.array(world * world_matrix(prim, self._clock).GetInverse())
+        world, own = (world_matrix(p, self._clock) for p in (skeleton.GetPrim(), prim))
+        if not own.GetDeterminant():
+            message = "skinned prims that their transform presses flat stay as they are"
+            self._report.add("usd-skinning", message, path)
+            return points
+        skeleton_to_mesh = np.array(world * own.GetInverse())
         if query.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion:
             return _moved(self._by_dual_quaternions(query, bones, points), skeleton_to_mesh)
-        joints = self._joints(query, bones)
+        joints = self._joints(query, bones, path)
         time = self._clock.code(query.GetJointIndicesPrimvar().GetAttr())
         found = query.ComputeVaryingJointInfluences(len(points), time)
         per_point = query.GetNumInfluencesPerComponent()
@@ -137,8 +141,11 @@ class Skinning:
             return Usd.TimeCode.Default()
         return self._clock.code(animation.GetPrim().GetAttribute("rotations"))
 
-    def _joints(self, query: Any, bones: Any) -> FloatArray:
-        """Where the joints of a mesh take points, `(j, 4, 4)` for row vectors; none if unknown."""
+    def _joints(self, query: Any, bones: Any, path: Any) -> FloatArray:
+        """Where the joints of a mesh take points, `(j, 4, 4)` for row vectors; none if unknown.
+
+        Joints that the skeleton does not have (reported) stay where they were bound.
+        """
         transforms = bones.ComputeSkinningTransforms(self._time(bones))
         joints = np.array(transforms, dtype=np.float64).reshape(-1, 4, 4)
         names = query.GetJointOrder()
@@ -146,7 +153,12 @@ class Skinning:
             return joints
         rows = {name: row for row, name in enumerate(bones.GetJointOrder())}
         chosen = [rows.get(name, len(joints)) for name in names]
-        return joints[chosen] if max(chosen) < len(joints) else joints[:0]
+        if not len(joints):
+            return joints
+        if max(chosen) == len(joints):
+            message = "joints that a mesh names and its skeleton does not have do not move"
+            self._report.add("usd-skinning", message, path)
+        return np.concatenate((joints, np.eye(4)[None]))[chosen]
 
     def _skeleton(self, prim: Any) -> Any:
         """The skeleton that a prim is bound to, None where there is none."""

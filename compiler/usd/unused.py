@@ -42,9 +42,9 @@ _FRAME = {
     "resolution",
 }
 _READ: dict[str, set[str]] = {
-    "": set(),
-    "Scope": set(),
-    "Xform": set(),
+    "": {"primvars:widths"},  # which curves and points below may inherit
+    "Scope": {"primvars:widths"},
+    "Xform": {"primvars:widths"},
     "Material": {"outputs:surface"},
     "Shader": {"info:id", "info:implementationSource"},
     "NodeGraph": set(),

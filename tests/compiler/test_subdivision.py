@@ -160,16 +160,16 @@ def darts(made: Cage, count: int) -> np.ndarray:
 def test_every_refinement_ends_at_the_same_points(shape: Any, data: Any) -> None:
     """The limit rules undo the rules of refinement, whatever is sharp and for how long."""
     counts, corners, points = shape
-    amounts = st.one_of(st.just(0.0), st.floats(0.0, 2.0), st.just(INFINITE))
+    amounts = st.one_of(st.just(0.0), st.floats(0.0, 3.5), st.just(INFINITE))
     edges = np.stack((corners[:-1], corners[1:]), axis=1)
     some = st.lists(amounts, min_size=len(edges), max_size=len(edges))
     at_points = st.lists(amounts, min_size=len(points), max_size=len(points))
     creases = sharp(edges, data.draw(some), np.arange(len(points)), data.draw(at_points))
     boundary = data.draw(st.sampled_from(["edgeOnly", "edgeAndCorner"]))
     made = cage(len(points), counts, corners, boundary=boundary, creases=creases)
-    two, four = (limit_surface(made, points, "catmullClark", level) for level in (2, 4))
-    exact = ~darts(made, len(two.points))
-    np.testing.assert_allclose(two.points[exact], four.points[: len(two.points)][exact], atol=1e-12)
+    one, four = (limit_surface(made, points, "catmullClark", level) for level in (1, 4))
+    exact = ~darts(made, len(one.points))
+    np.testing.assert_allclose(one.points[exact], four.points[: len(one.points)][exact], atol=1e-12)
 
 
 @settings(max_examples=25)
@@ -225,6 +225,46 @@ def test_edges_of_three_faces_stay_where_they_are() -> None:
     surface = limit(points, corners, 3)
     np.testing.assert_array_equal(surface.points[:2], points[:2])
     assert np.isfinite(surface.points).all()
+
+
+def test_faces_at_a_boundary_that_is_sharp_by_choice_are_not_hidden() -> None:
+    around = [0, 1, 2, 3, 4, 9, 14, 19, 24, 23, 22, 21, 20, 15, 10, 5, 0]
+    creases = sharp(list(itertools.pairwise(around)), [INFINITE] * 16)
+    surface = limit(flat(5), grid(5), 1, boundary="none", creases=creases)
+    assert len(surface.counts) == 16 * 4
+
+
+def test_a_line_where_three_sheets_meet_is_a_crease() -> None:
+    random = np.random.default_rng(3)
+    line, count = np.arange(5), 5
+    points = random.normal(size=(20, 3))
+    sheets = [np.stack((line[:-1], line[1:], line[1:] + count * k, line[:-1] + count * k), axis=1)
+              for k in (1, 2, 3)]  # fmt: skip
+    sheets[1] = sheets[1][:, ::-1]
+    surface = limit(points, np.concatenate(sheets).ravel(), 2)
+    np.testing.assert_array_equal(surface.points[[0, 4]], points[[0, 4]])
+    spline = (points[:3] + 4.0 * points[1:4] + points[2:5]) / 6.0
+    np.testing.assert_allclose(surface.points[1:4], spline, atol=1e-14)
+
+
+def test_points_where_faces_meet_that_share_no_edge_stay() -> None:
+    # Two closed bodies at one point, and a face that touches a third one.
+    second = np.where(CUBE == 0, 7, CUBE + 7)
+    points = np.concatenate((SIGNS, SIGNS[1:] + 1.0, [(3.0, 1.0, 0.0), (3.0, 2.0, 1.0)]))
+    counts = np.array([4] * 12 + [3])
+    corners = np.concatenate((CUBE, second, [14, 15, 16]))
+    surface = limit_surface(cage(len(points), counts, corners), points, "catmullClark", 2)
+    stays = (surface.points[: len(points)] == points).all(axis=1)
+    assert np.flatnonzero(stays).tolist() == [7, 14, 15, 16]
+
+
+def test_faces_that_turn_the_other_way_are_cut_off_by_sharp_edges() -> None:
+    corners = grid(5).reshape(-1, 4).copy()
+    corners[5] = corners[5, ::-1]
+    points = np.random.default_rng(4).normal(size=(25, 3))
+    surface = limit(points, corners.ravel(), 2)
+    np.testing.assert_array_equal(surface.points[corners[5]], points[corners[5]])
+    assert (surface.points[18] != points[18]).all()
 
 
 def test_bilinear_faces_are_saddles() -> None:

@@ -127,6 +127,31 @@ def Capsule_1 "pill" {
     np.testing.assert_allclose(tip, (0, 0, 1, 1), atol=1e-15)
 
 
+def test_a_height_below_zero_turns_solids_over(load: Callable[..., Any]) -> None:
+    imported = load("""
+def Cone "cone" {
+    double height = -3
+}
+def Cylinder_1 "funnel" {
+    double radiusTop = 0
+    double height = -4
+}
+def Capsule_1 "pill" {
+    double radiusTop = 0.25
+    double height = -1
+}
+def Capsule_1 "same" {
+    double radiusBottom = 0.25
+    double height = 1
+}
+""")
+    tip = imported.leaf("/cone").world @ (0, 3, 0, 1)
+    np.testing.assert_allclose(tip, (0, 0, -1.5, 1), atol=1e-15)
+    tip = imported.leaf("/funnel").world @ (0, 4, 0, 1)
+    np.testing.assert_allclose(tip, (0, 0, -2, 1), atol=1e-15)
+    assert imported.leaf("/pill").node is imported.leaf("/same").node
+
+
 def test_equal_prims_share_one_shape(load: Callable[..., Any]) -> None:
     cubes = "".join(f'def Cube "c{i}" {{\n}}\n' for i in range(5))
     assert len({id(leaf.node) for leaf in load(cubes).leaves}) == 1

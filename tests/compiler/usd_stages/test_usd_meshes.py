@@ -144,6 +144,90 @@ def Material "red" {{
     assert found == {(1.0, 0.0, 0.0): 2, (0.0, 1.0, 0.0): 4}
 
 
+RED = """
+def Material "red" {
+    token outputs:surface.connect = </red/shader.outputs:surface>
+    def Shader "shader" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (1, 0, 0)
+        token outputs:surface
+    }
+}
+"""
+
+
+def subset(name: str, indices: str, element: str = "face", family: str = "materialBind") -> str:
+    return f"""
+    def GeomSubset "{name}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+        uniform token elementType = "{element}"
+        uniform token familyName = "{family}"
+        int[] indices = {indices}
+        rel material:binding = </red>
+    }}
+"""
+
+
+def test_subsets_that_cannot_be_used_are_reported(load: Callable[..., Any]) -> None:
+    stage = (
+        f'def Mesh "m" {{{STRIP}'
+        + subset("points", "[0, 1]", element="point")
+        + subset("other", "[0, 1]", family="parts")
+        + subset("first", "[2, -1, 77]")
+        + subset("second", "[2, 2]")
+        + "}\n"
+        + RED
+    )
+    imported = load(stage)
+    red = [leaf for leaf in imported.leaves if leaf.material.diffuse == (1.0, 0.0, 0.0)]
+    assert sum(len(leaf.node.triangles) for leaf in red) == 2
+    for words, prim in (
+        ("`point` subsets", "points"),
+        ("the family `parts`", "other"),
+        ("2 faces of a subset are beyond", "first"),
+        ("1 faces of a subset are of a subset before it", "second"),
+    ):
+        assert imported.said(words).primary.place.prim == f"/m/{prim}"
+
+
+def test_meshes_that_are_instances_themselves_have_their_subsets(load: Callable[..., Any]) -> None:
+    kept = subset("s", "[1]")
+    imported = load(f"""
+class Mesh "_m" {{{STRIP}{kept}}}
+def "i" (instanceable = true
+    inherits = </_m>) {{
+}}
+{RED}""")
+    red = [leaf for leaf in imported.leaves if leaf.material.diffuse == (1.0, 0.0, 0.0)]
+    assert [leaf.path for leaf in red] == ["/i"]
+
+
+def test_a_wrong_number_of_colours_is_the_first_of_them(load: Callable[..., Any]) -> None:
+    imported = load(f"""
+def Mesh "m" {{{STRIP}
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (interpolation = "uniform")
+}}
+""")
+    assert [leaf.material.diffuse for leaf in imported.leaves] == [(1.0, 0.0, 0.0)]
+    assert imported.said("read as its first").code == "usd-primvar"
+
+
+def test_bindings_to_what_is_no_material_are_reported(load: Callable[..., Any]) -> None:
+    imported = load("""
+def Cube "nowhere" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding = </gone>
+}
+def Cube "cube" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding = </nowhere>
+}
+def Cube "blocked" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding = None
+}
+""")
+    (said,) = imported.diagnostics
+    assert [label.place.prim for label in (said.primary, *said.secondary)] == ["/nowhere", "/cube"]
+    assert "no material" in said.message
+
+
 @pytest.mark.parametrize("surface", ["int3[] surfaceFaceVertexIndices = [(0, 2, 1), (0, 1, 3), "
                                      "(0, 3, 2), (1, 2, 3)]", ""])  # fmt: skip
 def test_tetrahedra_show_their_surface_outwards(load: Callable[..., Any], surface: str) -> None:

@@ -164,6 +164,25 @@ def test_what_cannot_be_posed_stays_and_is_reported(
     assert imported.said(words).code == "usd-skinning"
 
 
+def test_joints_that_the_skeleton_does_not_have_stay(load: Callable[..., Any]) -> None:
+    named = 'uniform token[] skel:joints = ["upper", "nothing"]\n        point3f[] points'
+    imported = load(ARM.replace("point3f[] points", named), time=10)
+    (leaf,) = imported.leaves
+    world = leaf.node.points @ leaf.world[:3, :3].T + leaf.world[:3, 3]
+    np.testing.assert_allclose(world[1], (104, 0, 0), atol=1e-6)
+    assert imported.said("does not have do not move").code == "usd-skinning"
+
+
+def test_what_is_pressed_flat_is_not_posed(load: Callable[..., Any]) -> None:
+    flat = """float3 xformOp:scale = (1, 1, 0)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+        point3f[] points"""
+    imported = load(ARM.replace("point3f[] points", flat), time=10)
+    (leaf,) = imported.leaves
+    assert np.isfinite(leaf.node.points).all()
+    assert imported.said("presses flat").code == "usd-skinning"
+
+
 def test_blend_shapes_move_points_before_joints_do(load: Callable[..., Any]) -> None:
     shapes = """
     def BlendShape "up" {
