@@ -77,7 +77,7 @@ def BasisCurves "c" {{
     int[] curveVertexCounts = [{count}]
     point3f[] points = {[tuple(p) for p in points.tolist()]}
     float[] widths = [0.4] (interpolation = "constant")
-}}}
+}}
 """)
     assert imported.diagnostics == []
     dense = curve(points, basis, wrap, np.linspace(0, 1, 300))
@@ -218,7 +218,7 @@ def BasisCurves "c" {{
     int[] curveVertexCounts = [4]
     point3f[] points = {[tuple(p) for p in points.tolist()]}
     float[] widths = [1] (interpolation = "constant")
-}
+}}
 """)
     t = np.linspace(0.2, 0.8, 30)[:, None]
     weights = ((1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3)
