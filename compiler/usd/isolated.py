@@ -22,6 +22,18 @@ _ROOT = Path(__file__).parents[2]
 _MEMORY = 17
 """How the child ends when it may not have more memory."""
 
+_OUT_OF_MEMORY = ("bad_alloc", "Memory allocation", "unable to allocate")
+"""What libraries say that end then: the standard library of C++, OpenBLAS, NumPy."""
+
+_SMALLEST = """#usda 1.0
+def Mesh "face" {
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+}
+"""
+"""Read before memory is counted: what usd-core and NumPy take for any stage is not the stage's."""
+
 
 def import_isolated(
     path: str,
@@ -79,13 +91,15 @@ def _done(path: str, order: _Order, isolation: Isolation) -> tuple[bytes | None,
         if done.returncode == 0:
             return answer.read_bytes(), None
         out = done.stderr.decode(errors="replace")
-        if isolation.memory is not None and (done.returncode == _MEMORY or "bad_alloc" in out):
-            message = f"the stage needs more than {isolation.memory:,} bytes to be imported"
+        end = _end(done.returncode)
+        if isolation.memory is None:
+            return None, _fault(path, "usd-crash", f"usd-core fails at this stage ({end})", None)
+        allowed = f"{isolation.memory:,} byte{'' if isolation.memory == 1 else 's'}"
+        if done.returncode == _MEMORY or any(words in out for words in _OUT_OF_MEMORY):
+            message = f"the stage needs more than {allowed} to be imported"
             return None, _fault(path, "usd-memory", message, "allow more, or less of the stage")
-        message = f"usd-core fails at this stage ({_end(done.returncode)})"
-        limited = isolation.memory is not None
-        help = "more memory may mend it" if limited else None
-        return None, _fault(path, "usd-crash", message, help)
+        message = f"usd-core fails at this stage ({end}), which may take {allowed}"
+        return None, _fault(path, "usd-crash", message, "more memory may mend it")
 
 
 def _doubted(fault: Diagnostic) -> Diagnostic:
@@ -112,6 +126,9 @@ def serve() -> None:
     from compiler.usd.summary import summarize_stage
 
     if memory is not None:
+        smallest = Path(answer).with_name("smallest.usda")
+        smallest.write_text(_SMALLEST)
+        read_stage(str(smallest), None, None, StageOptions())
         _limit_memory(memory)
     try:
         if order.task == "import":

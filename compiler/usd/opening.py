@@ -11,7 +11,7 @@ from typing import Any
 from pxr import Sdf, Tf, Usd
 
 from compiler.usd.confinement import outside
-from compiler.usd.nesting import DEEPEST, nests_too_deep
+from compiler.usd.nesting import DEEPEST, too_deep
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.schema import register
@@ -30,8 +30,10 @@ def open_stage(path: str, options: StageOptions, report: Report) -> Any | None:
         for layer, asset, why in outside(path, options.root):
             message = f"layer `{layer}` refers to `{asset}`, {why}"
             report.add("usd-outside", message, help="put the file into the folder")
-    if not report.failed and nests_too_deep(path):
-        message = f"the stage's text nests deeper than {DEEPEST} levels"
+    deep = None if report.failed else too_deep(path)
+    if deep is not None:
+        whose = "the stage's text" if deep == path else f"the text of layer `{Path(deep).name}`"
+        message = f"{whose} nests deeper than {DEEPEST} levels"
         report.add("usd-open", message, help="nest fewer prims in each other")
     mask = _mask(options, report)
     stage = None if report.failed else _composed(path, mask, options, report)

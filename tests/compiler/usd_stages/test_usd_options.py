@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -249,12 +250,41 @@ def test_a_stage_at_which_usd_core_crashes_is_an_error(tmp_path: Path) -> None:
     depth = 100_000
     deep, stage = tmp_path / "deep.usda", tmp_path / "stage.usda"
     deep.write_text("#usda 1.0\n" + 'def "a" {\n' * depth + "}\n" * depth)
-    stage.write_text("#usda 1.0\n(\n    subLayers = [@deep.usda@]\n)\n")
+    # What an expression names is not known before.
+    stage.write_text('#usda 1.0\n(\n    subLayers = [@`"deep.usda"`@]\n)\n')
     _, (fault,) = import_stage(stage, isolation=Isolation())
     assert (fault.code, fault.severity) == ("usd-crash", "error")
-    _, (fault,) = import_stage(stage, options=StageOptions(root=tmp_path))
-    assert fault.code == "usd-outside"
-    assert "nests too deep" in fault.message
+
+
+@pytest.mark.parametrize("way", ["subLayers", "references", "usdz"])
+def test_layers_that_nest_too_deep_are_not_reached(tmp_path: Path, way: str) -> None:
+    depth = 100_000
+    deep, stage = tmp_path / "in" / "deep.usda", tmp_path / "stage.usda"
+    deep.parent.mkdir()
+    deep.write_text("#usda 1.0\n" + 'def "a" {\n' * depth + "}\n" * depth)
+    if way == "subLayers":
+        stage.write_text("#usda 1.0\n(\n    subLayers = [@./in/deep.usda@]\n)\n")
+    elif way == "references":
+        (deep.parent / "next.usda").write_text('#usda 1.0\ndef "b" (payload = @deep.usda@) {}\n')
+        stage.write_text('#usda 1.0\ndef "a" (references = @in/next.usda@</b>) {}\n')
+    else:
+        stage = tmp_path / "stage.usdz"
+        with zipfile.ZipFile(stage, "w") as package:
+            package.write(deep, "deep.usda")
+    _, (fault,) = import_stage(stage)
+    assert (fault.code, fault.severity) == ("usd-open", "error")
+    assert "5000 levels" in fault.message
+    _, (fault, *_) = import_stage(stage, options=StageOptions(root=tmp_path))
+    assert fault.severity == "error"
+
+
+def test_no_memory_at_all_is_said_so_and_little_is_enough_for_little(tmp_path: Path) -> None:
+    stage = tmp_path / "stage.usda"
+    stage.write_text('#usda 1.0\ndef Sphere "ball" {}\n')
+    _, (fault,) = import_stage(stage, isolation=Isolation(memory=1))
+    assert fault.code == "usd-memory"
+    assert fault.message == "the stage needs more than 1 byte to be imported"
+    assert import_stage(stage, isolation=Isolation(memory=128 << 20))[1] == []
 
 
 @pytest.mark.parametrize("opening", ['def "a" {', "{dictionary a = ", "(", "["])
