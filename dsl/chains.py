@@ -124,8 +124,16 @@ def _call(
                 "type-not-callable",
                 f"{type_name(value)} cannot be called",
                 callee,
-                help=_instead_of_call(value),
+                help="put a `,` between two items"
+                if _on_two_lines(callee)
+                else _instead_of_call(value),
             )
+
+
+def _on_two_lines(callee: Span) -> bool:
+    """Whether a newline follows: what is called was to be an item of its own."""
+    between = callee.source.encoded()[callee.start : callee.end]
+    return between.rstrip() != between.rstrip(b" \t")
 
 
 def _instead_of_call(value: Value) -> str:

@@ -81,6 +81,8 @@ CODES: dict[str, Code] = {
     "scene-too-many-lights": Code("a scene of more lights and cameras than the limit"),
     "scene-too-deep": Code("instances of groups nested beyond the limit"),
     "advice-unused": Code("a name that nothing uses", "warning"),
+    "advice-color": Code("a color far brighter than 1, as of bytes", "warning"),
+    "advice-comment": Code("a comment that was probably meant as a division", "warning"),
     "advice-shadowing": Code("a name that hides another of the program", "warning"),
     "advice-coincident": Code("an object that stands twice at one place", "warning"),
     "advice-condition": Code("a transform that stretches far more in one direction", "warning"),

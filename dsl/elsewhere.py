@@ -6,6 +6,8 @@ it is free to be a name; only where a program is faulty anyway do these tables h
 
 from __future__ import annotations
 
+from unicodedata import normalize
+
 _FUNCTION = "a function is defined with `fn name(…) { … }`"
 _LET = "write `let name = value`"
 _USE = 'write `use "file.ovo" as name`'
@@ -19,6 +21,8 @@ _NOTHING = "every name has a value; the empty group is `{}`"
 _LAST = "a loop takes its whole range: put what is not always wanted into an `if`"
 _QUOTES = 'strings are written in double quotes: `"…"`'
 _NEVER = "values never change: `let name = value` names another"
+
+_CHOICES = ("direct", "ambient_occlusion", "normals", "ids", "float32", "float64")
 
 WORDS: dict[str, str] = {
     **dict.fromkeys(("def", "func", "function", "fun", "lambda", "module", "macro"), _FUNCTION),
@@ -50,6 +54,7 @@ WORDS: dict[str, str] = {
     "pigment": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "texture": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "xor": "write `a != b`",
+    **{word: f'it is a string: write `"{word}"`' for word in _CHOICES},
 }
 """What to write in the place of a word."""
 
@@ -120,8 +125,10 @@ MEANT: dict[str, str] = {
 """Signs that can mean one thing only: reading goes on with it."""
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
+    "albedo": ("diffuse",),
     "ball": ("sphere",),
     "circle": ("disc",),
+    "color": ("diffuse",),
     "cube": ("box",),
     "cuboid": ("box",),
     "donut": ("torus",),
@@ -143,3 +150,11 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "tube": ("ring",),
 }
 """What other languages call it, without case and underscores: names and parameters."""
+
+
+def instead_of(words: str) -> str | None:
+    """What to write in the place of a sign: also of one that only looks like ours, such as `２`."""
+    plain = normalize("NFKC", words)
+    if words in SIGNS or plain == words or not plain.isascii() or not plain.isprintable():
+        return SIGNS.get(words)
+    return f"write `{plain}`"

@@ -77,6 +77,8 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = "a color is written `rgb(1, 0, 0)` or `#ff0000`"
     elif due.startswith("a vector") and isinstance(expression, ast.ListLiteral):
         help = f"a vector is written in round brackets: `({source_text(expression.span)[1:-1]})`"
+    elif due == "an interval of numbers" and found in ("a list", "a vector of 2"):
+        help = "an interval is written `a..b`"
     elif due == "a truth value" and found == "a number":
         help = "compare it, as in `x > 0`"
     elif due == "a material" and found == "a color":

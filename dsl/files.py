@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
+import stat
+from itertools import islice
 from pathlib import Path
 
 from dsl.codes import diagnostic
@@ -88,20 +92,32 @@ class Files:
             raise FileFault(
                 "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
             ) from None
+        self._check_size(path, size, max_bytes)
+        return found
+
+    def _check_size(self, path: str, size: int, max_bytes: int | None) -> None:
         limit = self.max_bytes if max_bytes is None else min(max_bytes, self.max_bytes)
         if size > limit:
             raise FileFault("file-too-large", f"`{path}` has {size} bytes, more than {limit}")
-        return found
 
     def read_bytes(self, path: str, folder: str = "", max_bytes: int | None = None) -> bytes:
         """The contents of a file of at most so many bytes; raises FileFault."""
         found = self.resolve(path, folder, max_bytes)
         try:
-            return found.read_bytes()
+            with open(found, "rb", opener=_without_waiting) as file:
+                found_now = os.fstat(file.fileno())
+                if not stat.S_ISREG(found_now.st_mode):
+                    raise FileFault("file-unreadable", f"`{path}` is not a file")
+                self._check_size(path, found_now.st_size, max_bytes)
+                content = file.read(found_now.st_size + 1) or b""
         except OSError as error:
             raise FileFault(
                 "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
             ) from None
+        if len(content) != found_now.st_size:
+            message = f"`{path}` cannot be read: it changes meanwhile"
+            raise FileFault("file-unreadable", message, "read it when it is written")
+        return content
 
     def read_text(self, path: str, folder: str = "", max_bytes: int | None = None) -> str:
         """The text of a UTF-8 file without its byte-order mark; raises FileFault."""
@@ -112,7 +128,7 @@ class Files:
         from dsl.suggest import did_you_mean
 
         try:
-            names = [entry.name for entry in missing.parent.iterdir()][:1000]
+            names = [entry.name for entry in islice(missing.parent.iterdir(), 1000)]
         except OSError:
             return None
         return did_you_mean(missing.name, names)
@@ -130,7 +146,14 @@ def decode(content: bytes, name: str) -> str:
         ) from None
 
 
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file that may have become a pipe since it was looked at."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def _reason(error: Exception) -> str:
+    if isinstance(error, RuntimeError) or getattr(error, "errno", 0) == errno.ELOOP:
+        return "its symbolic links lead in a circle"
     if isinstance(error, OSError) and error.strerror:
         return error.strerror.lower()
     return "its name is not possible"

@@ -82,6 +82,8 @@ class _Parser(ExpressionParser):
             missing = ast.Missing(self.span(start))
             if isinstance(statement, ast.Let):
                 return replace(statement, value=missing)
+            if isinstance(statement, ast.Param):
+                return replace(statement, default=missing, allowed=None)
             if not isinstance(statement, ast.Definition):
                 name = self.introduced(first)
                 if name is None:
@@ -140,6 +142,10 @@ class _Parser(ExpressionParser):
             help = "an argument is named in round brackets: `call(name: value)`"
         elif self.token.kind == "else":
             help = "put `else` on the line of the `}` before it"
+        elif self.token.kind == ",":
+            help = "items stand in brackets: `[a, b]` is a list, `(x, y, z)` a vector"
+        elif isinstance(statement, ast.Unary) and isinstance(statement.operand, ast.Unary):
+            help = "comments begin with `//`"
         elif self.token.kind in (")", "]"):
             self.closes_nothing()
         self.expected("the end of the statement", help)

@@ -13,6 +13,7 @@ from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.elsewhere import WORDS
+from dsl.slips import color_of_bytes, hidden_divisor
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import Binding
@@ -48,15 +49,16 @@ class _Frame:
 
 def resolve(module: ast.Module, builtins: dict[str, Binding], limit: int) -> Resolution:
     """Resolve all names of a module; after `limit` faults, and one more, the rest are silent."""
-    resolver = _Resolver(limit)
+    resolver = _Resolver(limit, module.source.encoded())
     resolver.block(module.body, _Frame(None, dict(builtins)))
     resolver.advise()
     return resolver.result
 
 
 class _Resolver:
-    def __init__(self, limit: int) -> None:
+    def __init__(self, limit: int, text: bytes) -> None:
         self.limit = limit
+        self.text = text
         self.result = Resolution()
         self.counts: dict[Binding, int] = {}  # how often each name is used
 
@@ -119,6 +121,10 @@ class _Resolver:
             frame = frame.parent
         return None
 
+    def advise_on(self, slip: Diagnostic | None) -> None:
+        if slip is not None:
+            self.result.advice.append(slip)
+
     def hide(self, hidden: Binding, span: Span) -> None:
         """Advise against a definition that hides another and is not made of it."""
         if hidden.span is not None and not hidden.name.startswith("_"):
@@ -164,6 +170,7 @@ class _Resolver:
                     if hidden is not None and self.counts.get(hidden, 0) == before:
                         self.hide(hidden, statement.name_span)
                     self.define(statement, statement.name, statement.name_span, frame)
+                    self.advise_on(hidden_divisor(statement, self.text))
                 case ast.Param():
                     self.expression(statement.default, frame)
                     if statement.allowed is not None:
@@ -205,6 +212,10 @@ class _Resolver:
                 self.expression(node.operand, frame)
             case ast.Chain():
                 self.expression(node.base, frame)
+                if isinstance(node.base, ast.Name) and node.base.name == "rgb":
+                    binding = self.result.uses.get(node.base)
+                    if binding is not None and binding.span is None:
+                        self.advise_on(color_of_bytes(node))
                 for suffix in node.suffixes:
                     if isinstance(suffix, ast.Call):
                         for argument in suffix.arguments:

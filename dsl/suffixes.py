@@ -165,6 +165,8 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
             help = "only objects have a material"
         elif name in ("color", "colour") and isinstance(value, Object):
             help = "a color belongs to a material: `.material(matte(color))`"
+        elif isinstance(value, List) and name in ("length", "len", "size", "count"):
+            help = "write `count(list)`"
         elif help is None and name in BUILTINS and name not in PLACE:
             help = f"`{name}` is a function: write `{name}(…)` around the value"
         elif help is None and known:

@@ -11,8 +11,9 @@ from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.documentation import documentation
-from dsl.elsewhere import ELSE_BEGINNINGS, MEANT, SIGNS
+from dsl.elsewhere import ELSE_BEGINNINGS, MEANT, SIGNS, instead_of
 from dsl.lexer import unexpected
+from dsl.slips import DIVISION, begins_division
 from dsl.spans import Source, Span
 from dsl.tokens import KEYWORDS, Token, describe
 
@@ -116,6 +117,9 @@ class TokenReader:
         place = self.token
         if place.value in UNITS and self.tokens[self.position - 1].kind == "number":
             help = f"write the unit directly after the number, as in `40{place.value}`"
+        last = self.tokens[self.position - 1].end if self.position else 0
+        if place.kind in ("newline", "end") and begins_division(self.encoded, last):
+            help = DIVISION
         if place.kind == "newline":
             place = Token("newline", place.start, place.start)
         self.report(
@@ -132,7 +136,7 @@ class TokenReader:
         if self.token.kind == "foreign":
             words = str(self.token.value)
             message = unexpected(words)
-            self.report("syntax-unexpected-character", message, self.token, help=SIGNS.get(words))
+            self.report("syntax-unexpected-character", message, self.token, help=instead_of(words))
             return
         before = self.tokens[self.position - 1] if self.position else self.token
         for first in (before, self.token):
@@ -262,10 +266,11 @@ class TokenReader:
                 help = "write `if condition { a } else { b }`"
             elif kind == "for":
                 help = "a loop emits objects, from a line of its own: `for i in 0..n { … }`"
-            elif kind == ":" and before.kind == "number":
+            elif (kind == ":" and before.kind == "number") or self.token.value == "to":
                 help = "an interval is written `a..b`"
             elif expected and not self.begins_line() and before.kind == "name":
-                help = f"an argument is named with a colon: `{before.value}: …`"
+                word = before.value
+                help = f"an argument is named `{word}: …`, a function called `{word}(…)`"
             elif expected and not self.begins_line() and kind in ("name", "number", "angle"):
                 help = "separate the items with `,`"
             elif expected and self.begins_line():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -66,3 +68,51 @@ def test_large_files_and_other_encodings(root: Path) -> None:
         Files(root).read_text("latin.ovo")
     with pytest.raises(FileFault, match="more than 4"):
         Files(root, max_bytes=4).read_text("top.ovo")
+
+
+def test_links_in_a_circle_are_told(root: Path) -> None:
+    with pytest.raises(FileFault, match="symbolic links lead in a circle"):
+        Files(root).read_bytes("loop.ovo")
+
+
+class _Meanwhile(Files):
+    """Files with something that happens between looking at a file and reading it."""
+
+    def __init__(self, happens: Callable[[Path], object]) -> None:
+        super().__init__()
+        self.happens = happens
+
+    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
+        """The file, which is another one a moment later."""
+        found = super().resolve(path, folder, max_bytes)
+        self.happens(found)
+        return found
+
+
+def _become_a_pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+@pytest.mark.parametrize(
+    ("happens", "code"),
+    [
+        (_become_a_pipe, "file-unreadable"),
+        (Path.unlink, "file-unreadable"),
+        (lambda path: path.write_bytes(b" " * 1000), "file-too-large"),
+    ],
+)
+def test_a_file_that_changes_is_read_in_bounded_time(
+    root: Path, happens: Callable[[Path], object], code: str
+) -> None:
+    with pytest.raises(FileFault) as raised:
+        _Meanwhile(happens).read_bytes("top.ovo", str(root), max_bytes=100)
+    assert raised.value.code == code
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/status").exists(), reason="needs a file that tells no size"
+)
+def test_a_file_that_grows_while_it_is_read(root: Path) -> None:
+    with pytest.raises(FileFault, match="changes meanwhile"):
+        Files().read_bytes("/proc/self/status")

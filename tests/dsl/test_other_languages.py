@@ -92,6 +92,20 @@ FAULTS = [
     ("sphere())", ")", "open the bracket"),
     ("let r =\nsphere(radius: r)", "", "behind the `=`"),
     ("fn f() -> number { sphere() }\nf()", "->", "no type"),
+    ("for i in 0..7 // 2 { sphere() }", "", "floor(a / b)"),
+    ("let a = [\n  (1, 2)\n  (3, 4),\n]\nsphere(radius: a[0].x)", "(1, 2)\n  ", "`,`"),
+    ("let r = ２\nsphere(radius: r)", "２", "write `2`"),
+    ("sphere（radius: 2）", "（", "write `(`"),
+    ("cylinder(y: 0 to 3)", "to", "a..b"),
+    ("cylinder(y: [0, 3])", "[0, 3]", "a..b"),
+    ("cylinder(y: (0, 3))", "(0, 3)", "a..b"),
+    ("let a = {1, 2, 3}\nfor i in a { sphere() }", ",", "[a, b]"),
+    ("param n = 3 in 1, 2, 3\nsphere(radius: n)", ",", "[a, b]"),
+    ("let a = [1, 2]\nsphere(radius: a.length)", "length", "count(list)"),
+    ("settings(integrator: direct)", "direct", '`"direct"`'),
+    ("sphere(radius: sqrt 4)", "4", "sqrt(…)"),
+    ("-- a ball\nsphere()", "ball", "//"),
+    ("sphere().material(material(albedo: #ff0000))", "albedo", "diffuse"),
 ]
 
 
@@ -106,6 +120,28 @@ def test_one_message_at_the_place_with_a_mend(
     assert isinstance(label.place, Span)
     assert text.encode()[label.place.start : label.place.end].decode() == place
     assert mend in (found[0].help or "")
+
+
+@pytest.mark.parametrize(
+    ("text", "codes"),
+    [
+        ("let n = 7 // 2\nsphere(radius: n)", ["advice-comment"]),
+        ("let n = 10 // 3 + k\nsphere(radius: n)", ["advice-comment"]),
+        ("let n = 7 // 2 balls\nsphere(radius: n)", []),
+        ("let n = 7 // seven\nsphere(radius: n)", []),
+        ("sphere() // 1\nbox().translate(9, 0, 0) // 2", []),
+        ("sphere().material(matte(rgb(255, 0, 0)))", ["advice-color"]),
+        ("sphere().material(matte(rgb(r: 90, g: 60, b: 30)))", ["advice-color"]),
+        ("sphere().material(glow(rgb(2, 1, 0)))", []),
+        ("sphere().material(glow(rgb(99.5, 50, 0)))", []),
+        ("fn rgb(r, g, b) { sphere(radius: r + g + b) }\nrgb(255, 0, 0)", []),
+    ],
+)
+def test_advice_on_slips(text: str, codes: list[str]) -> None:
+    graph, found = evaluate_source(Source("scene.ovo", text), Files())
+    assert graph is not None
+    assert not found
+    assert [each.code for each in graph.advice] == codes
 
 
 def test_faults_that_do_not_touch_are_all_told() -> None:
