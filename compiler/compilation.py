@@ -18,7 +18,8 @@ from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
 from dsl.observation import stage
 from dsl.parameters import Settings, unknown_settings
-from dsl.scene import File, Node, SceneGraph
+from dsl.scene import File, Group, Node, SceneGraph
+from dsl.scene import Settings as SceneSettings
 from dsl.spans import Source
 
 Time = float | Literal["earliest"] | None
@@ -67,6 +68,13 @@ class Compilation:
         if node is None:
             raise CompileError(diagnostics)
         return node
+
+    @property
+    def product(self) -> str | None:
+        """What a stage's render settings call the picture's file."""
+        root = self.graph.root
+        nodes = root.items if isinstance(root, Group) else (root,)
+        return next((n.product for n in nodes if isinstance(n, SceneSettings) and n.product), None)
 
     def figures(self) -> dict[str, Any]:
         """What the scene consists of, as JSON values.

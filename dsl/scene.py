@@ -398,7 +398,7 @@ class Settings:
     """What a scene asks of its picture; None leaves the choice to the caller or the default.
 
     `up` is the axis that points up where a camera has to be made up (USD stages say it; None is
-    "y"); it never moves geometry.
+    "y"); it never moves geometry. `product` is what a stage calls the picture's file, only kept.
     """
 
     width: int | None = None
@@ -410,6 +410,7 @@ class Settings:
     exposure: float | None = None
     up: UpAxis | None = None
     origin: Origin | None = None
+    product: str | None = None
 
 
 Plain = float | bool | str | tuple[float, ...]

@@ -27,12 +27,14 @@ class Framing:
 
     `camera` is the path of the camera that takes it; `resolution` of the whole window in square
     pixels, columns and rows. `window` is the part that is taken: left, bottom, right, top.
+    `product` is the name of the picture's file.
     """
 
     camera: str | None
     resolution: tuple[int, int] | None
     policy: str = "expandAperture"
     window: tuple[float, float, float, float] = _WHOLE
+    product: str | None = None
 
     @property
     def size(self) -> tuple[int, int] | None:
@@ -90,7 +92,9 @@ def read_framing(prim: Any, clock: Clock, report: Report) -> Framing:
         message = f"`aspectRatioConformPolicy = {policy}` is not used: windows are expanded"
         report.add("usd-attribute", message, prim.GetPath())
         policy = "expandAperture"
-    return Framing(camera, size, policy, _window(value("dataWindowNDC"), prim, report))
+    window = _window(value("dataWindowNDC"), prim, report)
+    names = (clock.token(product.GetAttribute("productName")) for product in said[:-1])
+    return Framing(camera, size, policy, window, next(names, "") or None)
 
 
 def _product(prim: Any, report: Report) -> list[Any]:

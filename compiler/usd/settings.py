@@ -42,7 +42,7 @@ def included_purposes(prim: Any, clock: Clock) -> frozenset[str] | None:
 
 def read_settings(prim: Any, framing: Framing, clock: Clock, report: Report) -> Settings:
     """The settings of a RenderSettings prim; what is out of range is reported and not said."""
-    said: dict[str, Any] = {}
+    said: dict[str, Any] = {"product": framing.product}
     if framing.size is not None:
         said["width"], said["height"] = (n or None for n in framing.size)
     said["samples"] = int(clock.number(prim.GetAttribute("ovolo:samples"), 0.0)) or None

@@ -111,7 +111,7 @@ _READ: dict[str, set[str]] = {
         "ovolo:samples",
         "products",
     },
-    "RenderProduct": {*_FRAME, "productType"},
+    "RenderProduct": {*_FRAME, "productName", "productType"},
     "Sphere": {"radius"},
     "Mesh": {
         EXACT_POINTS,

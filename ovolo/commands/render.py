@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from compiler.compilation import Time
+from compiler.compilation import Compilation, Time
 from compiler.ir import INTEGRATORS, PRECISIONS
 from dsl.diagnostics import Diagnostic
 from ovolo.commands.reading import add_bounds, add_reading, read_scene
@@ -18,6 +18,7 @@ from ovolo.frames import numbered, parse_frames
 from ovolo.terminal import print_diagnostics, print_json
 
 if TYPE_CHECKING:
+    from ovolo.scene import Scene
     from runtime.film import Film
 
 THUMBNAIL = 320
@@ -34,7 +35,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         metavar="PATH",
         help="picture to write: .png, .jpg or .exr (with depth, normals and instance numbers); "
-        "may be given several times; default: the scene's name with .png, here",
+        "may be given several times; default: what a stage's render product is called if that is "
+        "a picture in this folder, or the scene's name with .png, here",
     )
     parser.add_argument("--width", "--imageWidth", type=int, metavar="PIXELS")
     parser.add_argument("--height", type=int, metavar="PIXELS")
@@ -68,21 +70,26 @@ def _frames(text: str) -> list[Decimal]:
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Render every frame, write every picture asked for, and say what it took."""
+    from ovolo.scene import Scene
     from runtime.contact_sheet import contact_sheet, thumbnail
     from runtime.film import ImageError, check_path
 
-    outputs: list[Path] = arguments.output or [Path(f"{arguments.scene.stem or 'scene'}.png")]
     sheet: Path | None = arguments.contact_sheet
     try:
-        for output in [*outputs, *([] if sheet is None else [sheet])]:
+        for output in [*(arguments.output or []), *([] if sheet is None else [sheet])]:
             check_path(output)
     except ImageError as error:
         raise StopError(Exit.FILES, str(error)) from None
     told: set[Diagnostic] = set()
     figures: list[dict[str, object]] = []
     small: list[Film] = []
-    for time, paths in _shots(arguments, outputs):
-        film, figure = _render(arguments, time, paths, told)
+    names: list[Sequence[Path]] = []
+    for number, time in enumerate(_times(arguments)):
+        start = perf_counter()
+        scene = read_scene(arguments, time=time)
+        if not names:
+            names = _names(arguments, arguments.output or [_output(scene, arguments.scene)])
+        film, figure = _render(arguments, Scene(scene), time, names[number], told, start)
         figures.append(figure)
         if sheet is not None:
             small.append(thumbnail(film, THUMBNAIL))
@@ -93,27 +100,52 @@ def run(arguments: argparse.Namespace) -> Exit:
     return Exit.OK
 
 
-def _shots(
-    arguments: argparse.Namespace, outputs: Sequence[Path]
-) -> list[tuple[Time, Sequence[Path]]]:
-    """The time of each picture and its names."""
+def _times(arguments: argparse.Namespace) -> list[Time]:
+    """The time of each picture."""
     if arguments.frames is None:
-        return [(arguments.time, outputs)]
+        return [arguments.time]
     if arguments.time is not None:
         raise StopError(Exit.USAGE, "`--time` and `--frames` exclude each other")
+    return [float(frame) for frame in arguments.frames]
+
+
+def _names(arguments: argparse.Namespace, outputs: Sequence[Path]) -> list[Sequence[Path]]:
+    """The names of each picture."""
+    if arguments.frames is None:
+        return [outputs]
     names = zip(*(numbered(output, arguments.frames) for output in outputs), strict=True)
-    return [(float(frame), paths) for frame, paths in zip(arguments.frames, names, strict=True)]
+    return [*names]
+
+
+def _output(scene: Compilation, path: Path) -> Path:
+    """Where the picture goes if nobody says: to what a stage calls it, or is called itself.
+
+    A stage may come from a stranger: what it names lies in this folder, and is a picture.
+    """
+    from runtime.film import ImageError, check_path
+
+    name = Path(scene.product or "")
+    if scene.product and not name.is_absolute() and ".." not in name.parts:
+        try:
+            check_path(name)
+        except ImageError:
+            pass
+        else:
+            return name
+    return Path(f"{path.stem or 'scene'}.png")
 
 
 def _render(
-    arguments: argparse.Namespace, time: Time, outputs: Sequence[Path], told: set[Diagnostic]
+    arguments: argparse.Namespace,
+    scene: Scene,
+    time: Time,
+    outputs: Sequence[Path],
+    told: set[Diagnostic],
+    start: float,
 ) -> tuple[Film, dict[str, object]]:
-    """One picture, under all its names, and its figures; warnings are `told` once."""
+    """One picture, under all its names, and its figures since `start`; warnings are `told` once."""
     from ovolo.progress import progress_bar
-    from ovolo.scene import Scene
 
-    start = perf_counter()
-    scene = Scene(read_scene(arguments, time=time))
     compiled = perf_counter()
     if not arguments.quiet:
         print_diagnostics([warning for warning in scene.warnings if warning not in told])

@@ -180,6 +180,65 @@ def test_render_writes_a_picture_and_says_where(run: Run, folder: Path) -> None:
     assert (folder / "ball.png").read_bytes().startswith(b"\x89PNG")
 
 
+PRODUCT = """#usda 1.0
+( renderSettingsPrimPath = "/Render/s" )
+def "Render" {
+    def RenderSettings "s" {
+        rel products = </Render/p>
+        uniform int2 resolution = (8, 8)
+    }
+    def RenderProduct "p" {
+        token productName = "%s"
+    }
+}
+def Sphere "Ball" {
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("beauty.png", "beauty.png"),
+        ("pictures/beauty.png", "shot.png"),  # there is no such folder
+        ("../beauty.png", "shot.png"),
+        ("beauty.txt", "shot.png"),
+    ],
+)
+def test_a_stage_says_what_its_picture_is_called(
+    run: Run, folder: Path, name: str, written: str
+) -> None:
+    (folder / "shot.usda").write_text(PRODUCT % name)
+    assert run("render", "shot.usda", "--samples=1", "--quiet").code == Exit.OK
+    assert [path.name for path in folder.glob("*.png")] == [written]
+    assert not (folder.parent / "beauty.png").exists()
+    assert run("render", "shot.usda", "-oother.png", "--samples=1", "--quiet").code == Exit.OK
+    assert (folder / "other.png").exists()
+
+
+def test_what_is_missing_is_said_once(run: Run, folder: Path) -> None:
+    (folder / "cloth.usda").write_text("""#usda 1.0
+def Sphere "ball" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding = </m>
+}
+def Material "m" {
+    token outputs:surface.connect = </m/s.outputs:surface>
+    def Shader "s" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </m/t.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "t" {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @cloth.png@
+        float3 outputs:rgb
+    }
+}
+""")
+    outcome = run("render", "cloth.usda", "--samples=1", "--width=8")
+    assert (outcome.out + outcome.err).count("cloth.png` cannot be found") == 1
+
+
 def test_frames_are_pictures_of_several_times(run: Run, folder: Path) -> None:
     (folder / "moving.ovo").write_text("sphere(radius: 1 + time)\nsettings(width: 8, height: 8)\n")
     words = ("moving.ovo", "--frames", "0:4x2", "-o", "f.##.png", "--quiet", "--json")

@@ -71,7 +71,7 @@ READ = {
         "prototypes", "scales",
     },
     "Points": {"ids", "points", "widths"},
-    "RenderProduct": {*FRAME, "productType"},
+    "RenderProduct": {*FRAME, "productName", "productType"},
     "RenderSettings": {*FRAME, "includedPurposes", "products"},
     "Scope": set(),
     "Shader": {"info:id", "info:implementationSource"},
