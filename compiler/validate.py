@@ -134,6 +134,9 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
     for name in ("vector", "color", "size", "u", "v", "w", "cone", "softness", "focus"):
         if not np.isfinite(scene.lights[name]).all():
             yield f"a light's {name} is not finite"
+    shaped = (scene.lights["cone"] < 180.0) | (scene.lights["focus"] > 0.0)
+    if (shaped & (scene.lights["kind"] == ir.POINT) & ~scene.lights["w"].any(axis=1)).any():
+        yield "a light's cone has no direction"
     lens = ("exposure", "lens_radius", "focus_distance", "shutter")
     for name in ("world_from_camera", "height", "shift", "near", *lens):
         if not np.isfinite(scene.cameras[name]).all():

@@ -126,6 +126,7 @@ MEANT: dict[str, str] = {
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "albedo": ("diffuse",),
+    "area_light": ("rectangle_light", "disc_light", "cylinder_light"),
     "ball": ("sphere",),
     "circle": ("disc",),
     "color": ("diffuse",),
@@ -145,9 +146,12 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "position": ("from",),
     "quad": ("rectangle",),
     "size": ("count",),
+    "spot_light": ("point_light",),
+    "spotlight": ("point_light",),
     "square": ("rectangle",),
     "target": ("at",),
     "tube": ("ring",),
+    "tube_light": ("cylinder_light",),
 }
 """What other languages call it, without case and underscores: names and parameters."""
 

@@ -220,6 +220,7 @@ def test_faulty_text_says_where(text: str, words: str, message: str) -> None:
         (HEAD + "prototypes\n  box 0: x0 0 y0 0 z0 0 x1 1 y1 1 z1 1 bevel 0.6\n", "exceeds"),
         (HEAD + "prototypes\n  mesh 0\n    face 0 1 2\n", "points that are not there"),
         (HEAD + "cameras\n  perspective height 0\n", "no extent"),
+        (HEAD + "lights\n  point position 0 0 0 intensity 1 1 1 cone 30\n", "has no direction"),
         (HEAD + "sources\n  0: origin 0\n", "an origin that is not there"),
     ],
 )
