@@ -2,6 +2,7 @@
 //!
 //! Pure Rust but for [`python`]: `cargo test` alone tests it.
 pub mod bvh;
+mod huge_pages;
 mod instance;
 pub mod lanes;
 pub mod ray;

@@ -8,6 +8,7 @@
 //! parallel; the tree does not depend on the number of threads.
 use super::item::{Cuboid, Item, Vector};
 use super::{Bounds, Child, Node, NormalSpace, Tree, WIDTH};
+use crate::huge_pages;
 
 /// Most items of a leaf.
 pub const LARGEST_LEAF: usize = 8;
@@ -140,7 +141,7 @@ fn parallel_subtree(items: &mut [Item], part: &Part, leaf_size: usize) -> Vec<No
         })
         .collect();
     let total: usize = subtrees.iter().map(Vec::len).sum();
-    let mut nodes = Vec::with_capacity(1 + total);
+    let mut nodes = huge_pages::with_capacity(1 + total);
     nodes.push(Node::EMPTY);
     for (i, (child, subtree)) in parts.iter().zip(subtrees).enumerate() {
         let offset = nodes.len();

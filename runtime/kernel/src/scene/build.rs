@@ -10,6 +10,7 @@ use super::reuse::Reuse;
 use super::validate::{range, validate};
 use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
 use crate::bvh::{Bounds, LARGEST_LEAF, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
+use crate::huge_pages;
 use crate::lanes::InstructionSet;
 use crate::scalar::Scalar;
 use crate::shapes::{Shape, ShapeKind};
@@ -372,7 +373,7 @@ fn group(
             )
         })
     };
-    let mut blocks = Vec::new();
+    let mut blocks = huge_pages::with_capacity(leaves.len());
     leaves
         .par_iter()
         .map(|(instances, len)| block(&instances[..*len]))

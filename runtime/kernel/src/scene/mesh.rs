@@ -3,6 +3,7 @@ use super::arrays::SceneArrays;
 use super::validate::range;
 use super::{Buffer, SceneError};
 use crate::bvh::{Bounds, MAX_ITEMS, Tree, build};
+use crate::huge_pages;
 use crate::scalar::Scalar;
 
 /// Triangles of a block, and most that share a leaf.
@@ -80,25 +81,23 @@ impl<F: Scalar> Mesh<F> {
             leaves.len() as u32 - 1
         });
         drop(bounds);
-        let blocks = leaves
-            .into_iter()
-            .map(|leaf| {
-                let mut block = TriangleBlock {
-                    corners: [[[F::from_f64(f64::NAN); BLOCK]; 3]; 3],
-                    triangles: [0; BLOCK],
-                    len: leaf.len() as u32,
-                };
-                for (lane, &triangle) in leaf.iter().enumerate() {
-                    block.triangles[lane] = triangle;
-                    for (corner, p) in corners(triangle).into_iter().enumerate() {
-                        for (axis, x) in tree.space.to_normal(p).into_iter().enumerate() {
-                            block.corners[corner][axis][lane] = F::from_f64(x);
-                        }
+        let mut blocks = huge_pages::with_capacity(leaves.len());
+        blocks.extend(leaves.into_iter().map(|leaf| {
+            let mut block = TriangleBlock {
+                corners: [[[F::from_f64(f64::NAN); BLOCK]; 3]; 3],
+                triangles: [0; BLOCK],
+                len: leaf.len() as u32,
+            };
+            for (lane, &triangle) in leaf.iter().enumerate() {
+                block.triangles[lane] = triangle;
+                for (corner, p) in corners(triangle).into_iter().enumerate() {
+                    for (axis, x) in tree.space.to_normal(p).into_iter().enumerate() {
+                        block.corners[corner][axis][lane] = F::from_f64(x);
                     }
                 }
-                block
-            })
-            .collect();
+            }
+            block
+        }));
         Ok(Mesh {
             tree,
             blocks,
