@@ -5,6 +5,7 @@ pub mod bvh;
 mod huge_pages;
 mod instance;
 pub mod lanes;
+mod prefetch;
 pub mod ray;
 pub mod render;
 pub mod scalar;

@@ -15,9 +15,9 @@ pub use ray::NodeRay;
 /// Children of a node.
 pub const WIDTH: usize = 8;
 
-/// Bounds and references of up to eight children; unused ones are empty boxes.
+/// Bounds and references of up to eight children; unused ones are empty boxes and come last.
 #[derive(Clone, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct Node {
     /// By plane: x, y, z of the lower corners, then x, y, z of the upper ones.
     pub planes: [[f32; WIDTH]; 6],

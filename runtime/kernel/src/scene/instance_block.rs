@@ -33,7 +33,7 @@ use crate::lanes::{Lanes, Mask, axes};
 
 /// Up to eight instances of a group, by lane.
 #[derive(Clone)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct InstanceBlock {
     /// `rows[row][column][lane]` of W'; all zero where any ray may hit.
     rows: [[[f32; LARGEST_LEAF]; 3]; 3],

@@ -2,8 +2,9 @@
 use super::arrays::SceneArrays;
 use super::validate::range;
 use super::{Buffer, SceneError};
-use crate::bvh::{Bounds, MAX_ITEMS, Tree, build};
+use crate::bvh::{Bounds, Child, MAX_ITEMS, Tree, build};
 use crate::huge_pages;
+use crate::prefetch::prefetch;
 use crate::scalar::Scalar;
 
 /// Triangles of a block, and most that share a leaf.
@@ -13,7 +14,7 @@ pub const BLOCK: usize = 4;
 
 /// Up to [`BLOCK`] triangles by coordinate, in the normalised space of their mesh.
 #[derive(Clone)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct TriangleBlock<F> {
     /// `corners[corner][axis][lane]`; NaN in unused lanes, which nothing hits.
     pub corners: [[[F; BLOCK]; 3]; 3],
@@ -107,6 +108,17 @@ impl<F: Scalar> Mesh<F> {
             first_triangle: triangle_range.start,
             triangle_count: triangle_range.len(),
         })
+    }
+
+    /// Asks for what a child of the tree refers to, before it is needed.
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        let number = child.number() as usize;
+        if child.is_node() {
+            prefetch(&self.tree.nodes, number);
+        } else {
+            prefetch(&self.blocks, number);
+        }
     }
 
     /// The corners of a triangle in object space.

@@ -15,8 +15,9 @@ pub use mesh::{BLOCK, Mesh, TriangleBlock};
 
 use std::sync::Arc;
 
-use crate::bvh::{Bounds, NormalSpace, Tree};
+use crate::bvh::{Bounds, Child, NormalSpace, Tree};
 use crate::lanes::InstructionSet;
+use crate::prefetch::prefetch;
 use crate::scalar::Scalar;
 use crate::shapes::Shape;
 
@@ -80,6 +81,17 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// Asks for what a child of the tree refers to, before it is needed.
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        let number = child.number() as usize;
+        if child.is_node() {
+            prefetch(&self.tree.nodes, number);
+        } else {
+            prefetch(&self.blocks, number);
+        }
+    }
+
     /// How many leaves the group has before its instance at `offset`.
     #[inline(always)]
     pub fn leaves_before(&self, offset: usize) -> i64 {
@@ -144,6 +156,14 @@ impl<F: Scalar> Scene<F> {
     /// for the time it takes.
     pub fn updated(&self, arrays: SceneArrays) -> Result<Scene<F>, SceneError> {
         build::build(arrays, self.set, Some(self))
+    }
+
+    /// Asks for the way into instance `row`, before it is needed.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, row: usize) {
+        prefetch(&self.instance_target, row);
+        prefetch(&self.object_from_world, row);
+        prefetch(&self.world_from_object, row);
     }
 
     /// World-space box of all bounded leaves.

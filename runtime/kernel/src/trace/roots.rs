@@ -141,7 +141,10 @@ impl Roots {
         }
         if met != 0 {
             let children = &root.tree.nodes[0].children;
-            stack.push_met::<ANY>(met, |child| self.near[child][ray], children);
+            let near = |child: usize| self.near[child][ray];
+            if let Some(nearest) = stack.nearest::<ANY>(met, near, children, |_| ()) {
+                stack.push(nearest);
+            }
         }
         met != 0
     }

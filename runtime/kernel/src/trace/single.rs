@@ -9,7 +9,7 @@ use super::roots::Roots;
 use super::stack::Stack;
 use crate::bvh::{Child, LARGEST_LEAF, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, axes, each};
+use crate::lanes::{Isa, Lanes, Mask, axes, each};
 use crate::scene::{Geometry, Group, InstanceBlock, Mesh, Scene};
 
 /// The ray in the space of a tree.
@@ -82,9 +82,16 @@ impl<L: Lanes<Scalar = f32>> BoxLanes<L> {
         }
     }
 
-    /// Pushes the children that the ray meets.
+    /// The nearest of the children that the ray meets; pushes the others.
     #[inline(always)]
-    fn visit<const ANY: bool>(&self, node: &Node, stack: &mut Stack) {
+    fn visit<const ANY: bool>(
+        &self,
+        node: &Node,
+        stack: &mut Stack,
+        seen: impl Fn(Child),
+    ) -> Option<Child> {
+        let mut met = 0;
+        let mut nears = [0.0; WIDTH];
         for first in (0..WIDTH).step_by(L::WIDTH) {
             let entry = axes!(|i| {
                 L::load(&node.planes[i + 3 * usize::from(self.descending[i])][first..])
@@ -93,8 +100,10 @@ impl<L: Lanes<Scalar = f32>> BoxLanes<L> {
                 L::load(&node.planes[i + 3 * usize::from(!self.descending[i])][first..])
             });
             let (near, far) = self.node_ray.interval(entry, exit, self.after, self.before);
-            stack.push_lanes::<L, ANY>(near.le(far), near, &node.children[first..]);
+            near.store(&mut nears[first..]);
+            met |= near.le(far).bits() << first;
         }
+        stack.nearest::<ANY>(met, |lane| nears[lane], &node.children, seen)
     }
 }
 
@@ -215,25 +224,40 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     #[inline(always)]
     fn next_item<const ANY: bool>(&mut self, level: &Level<'s>) -> Option<usize> {
         let lanes = BoxLanes::<I::F32UpTo8>::new(&level.tree_ray);
-        while let Some((near, child)) = self.stack.pop(level.stack_base) {
+        let group = level.group;
+        while let Some((near, mut child)) = self.stack.pop(level.stack_base) {
             if near > level.tree_ray.before {
                 continue;
             }
-            let number = child.number() as usize;
-            if child.is_node() {
-                lanes.visit::<ANY>(&level.group.tree.nodes[number], &mut self.stack);
-            } else if child.is_item() {
-                return Some(number);
-            } else {
-                self.visit_block::<ANY>(&level.tree_ray, &level.group.blocks[number]);
+            loop {
+                let number = child.number() as usize;
+                let next = if child.is_node() {
+                    let node = &group.tree.nodes[number];
+                    lanes.visit::<ANY>(node, &mut self.stack, |child| group.prefetch(child))
+                } else if child.is_item() {
+                    return Some(number);
+                } else {
+                    self.visit_block::<ANY>(level, &group.blocks[number])
+                };
+                match next {
+                    Some(next) => child = next,
+                    None => break,
+                }
             }
         }
         None
     }
 
-    /// Pushes the instances of a block that the ray may hit.
+    /// The nearest of the instances of a block that the ray may hit; pushes the others.
     #[inline(always)]
-    fn visit_block<const ANY: bool>(&mut self, ray: &TreeRay, block: &InstanceBlock) {
+    fn visit_block<const ANY: bool>(
+        &mut self,
+        level: &Level<'s>,
+        block: &InstanceBlock,
+    ) -> Option<Child> {
+        let ray = &level.tree_ray;
+        let mut all_met = 0;
+        let mut nears = [0.0; LARGEST_LEAF];
         for first in (0..LARGEST_LEAF).step_by(I::F32UpTo8::WIDTH) {
             let (met, near) = block.meets::<I::F32UpTo8>(
                 first,
@@ -241,9 +265,15 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
                 ray.after,
                 ray.before,
             );
-            self.stack
-                .push_lanes::<I::F32UpTo8, ANY>(met, near, &block.instances[first..]);
+            near.store(&mut nears[first..]);
+            all_met |= met.bits() << first;
         }
+        let near = |lane: usize| nears[lane];
+        let scene = self.scene;
+        self.stack
+            .nearest::<ANY>(all_met, near, &block.instances, |item| {
+                scene.prefetch(level.group.start + item.number() as usize);
+            })
     }
 
     /// Tests an instance; a level to go on with if that is a group.
@@ -298,16 +328,18 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         let (mut prepared, axis) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
         let base = self.stack.len();
         self.stack.push(Child::ROOT);
-        while let Some((near, child)) = self.stack.pop(base) {
+        'entries: while let Some((near, mut child)) = self.stack.pop(base) {
             if near > before {
                 continue;
             }
-            let number = child.number() as usize;
-            if child.is_node() {
-                lanes.visit::<ANY>(&nodes[number], &mut self.stack);
-                continue;
+            while child.is_node() {
+                let node = &nodes[child.number() as usize];
+                match lanes.visit::<ANY>(node, &mut self.stack, |child| mesh.prefetch(child)) {
+                    Some(next) => child = next,
+                    None => continue 'entries,
+                }
             }
-            let block = &mesh.blocks[number];
+            let block = &mesh.blocks[child.number() as usize];
             let nearest = &mut self.nearest;
             let mut taken = false;
             intersect_block(&prepared, axis, ray, block, |lane, t| {

@@ -1,6 +1,5 @@
 //! What a single ray has still to visit.
 use crate::bvh::{Child, WIDTH};
-use crate::lanes::{Lanes, Mask};
 
 /// A node, leaf or item, and where the ray enters its box.
 #[derive(Clone, Copy)]
@@ -62,57 +61,65 @@ impl Stack {
         self.len += 1;
     }
 
-    /// Those of up to eight whose bit is set, the nearest on top unless any hit will do.
+    /// The nearest of up to eight whose bit is set, and onto the stack the others, the nearer ones
+    /// on top; with ANY in no order. Those that may have to wait are shown to `seen`.
     ///
     /// One by one, each inserted among the few before it. Compressing them onto the stack
     /// without a branch is slower: what comes next then waits for the mask, where a
-    /// predicted branch lets the next node be fetched before that is known.
+    /// predicted branch lets the next node be fetched before that is known. What comes next is
+    /// not pushed, since it would have to be read back.
     ///
-    /// Unused children are passed over: infinite numbers of a ray very far away make NaN with
-    /// those of their empty boxes, and NaN yields to what else bounds the interval.
+    /// Unused children, which come last, are passed over: infinite numbers of a ray very far away
+    /// make NaN with those of their empty boxes, and NaN yields to what else bounds the interval.
     #[inline(always)]
-    pub fn push_met<const ANY: bool>(
+    pub fn nearest<const ANY: bool>(
         &mut self,
         mut met: u32,
         near: impl Fn(usize) -> f32,
         children: &[Child],
-    ) {
+        seen: impl Fn(Child),
+    ) -> Option<Child> {
+        if met == 0 {
+            return None;
+        }
+        let lane = met.trailing_zeros() as usize;
+        let mut nearest = Entry {
+            near: near(lane),
+            child: children[lane],
+        };
+        if nearest.child.is_unused() {
+            return None;
+        }
+        met &= met - 1;
+        if met == 0 {
+            return Some(nearest.child);
+        }
+        seen(nearest.child);
         self.reserve();
         let base = self.len;
         while met != 0 {
             let lane = met.trailing_zeros() as usize;
             met &= met - 1;
-            if children[lane].is_unused() {
-                continue;
+            let mut other = Entry {
+                near: near(lane),
+                child: children[lane],
+            };
+            if other.child.is_unused() {
+                break;
             }
-            let near = near(lane);
+            seen(other.child);
+            if !ANY && other.near < nearest.near {
+                std::mem::swap(&mut other, &mut nearest);
+            }
             let mut place = self.len;
-            while !ANY && place > base && near > self.entries[place - 1].near {
+            while !ANY && place > base && other.near > self.entries[place - 1].near {
                 self.entries[place] = self.entries[place - 1];
                 place -= 1;
             }
-            self.entries[place] = Entry {
-                near,
-                child: children[lane],
-            };
+            self.entries[place] = other;
             self.len += 1;
         }
-    }
-
-    /// Those of up to eight lanes that are met.
-    #[inline(always)]
-    pub fn push_lanes<L: Lanes<Scalar = f32>, const ANY: bool>(
-        &mut self,
-        met: L::Mask,
-        near: L,
-        children: &[Child],
-    ) {
-        let met = met.bits();
-        if met != 0 {
-            let mut nears = [0.0; WIDTH];
-            near.store(&mut nears);
-            self.push_met::<ANY>(met, |lane| nears[lane], children);
-        }
+        Some(nearest.child)
     }
 
     /// The top, if there is any above `base`.
