@@ -4,7 +4,7 @@ use super::validate::range;
 use super::{Buffer, SceneError};
 use crate::bvh::{Bounds, Child, MAX_ITEMS, Tree, build};
 use crate::huge_pages;
-use crate::prefetch::prefetch;
+use crate::prefetch::prefetch_either;
 use crate::scalar::Scalar;
 
 /// Triangles of a block, and most that share a leaf.
@@ -114,11 +114,7 @@ impl<F: Scalar> Mesh<F> {
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         let number = child.number() as usize;
-        if child.is_node() {
-            prefetch(&self.tree.nodes, number);
-        } else {
-            prefetch(&self.blocks, number);
-        }
+        prefetch_either(child.is_node(), &self.tree.nodes, &self.blocks, number);
     }
 
     /// The corners of a triangle in object space.

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use crate::bvh::{Bounds, Child, NormalSpace, Tree};
 use crate::lanes::InstructionSet;
-use crate::prefetch::prefetch;
+use crate::prefetch::{prefetch, prefetch_either};
 use crate::scalar::Scalar;
 use crate::shapes::Shape;
 
@@ -85,11 +85,7 @@ impl Group {
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         let number = child.number() as usize;
-        if child.is_node() {
-            prefetch(&self.tree.nodes, number);
-        } else {
-            prefetch(&self.blocks, number);
-        }
+        prefetch_either(child.is_node(), &self.tree.nodes, &self.blocks, number);
     }
 
     /// How many leaves the group has before its instance at `offset`.

@@ -122,7 +122,8 @@ struct Level<'s> {
 pub(super) struct Single<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
     roots: Roots,
-    above: Vec<Level<'s>>,
+    /// From the root down.
+    levels: Vec<Level<'s>>,
     stack: Stack,
     t_min: f64,
     nearest: Nearest,
@@ -134,7 +135,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         Single {
             scene,
             roots: Roots::default(),
-            above: Vec::new(),
+            levels: Vec::new(),
             stack: Stack::new(),
             t_min: 0.0,
             nearest: Nearest::none(0.0),
@@ -166,30 +167,33 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         for &offset in &root.unbounded {
             self.stack.push(Child::item(offset));
         }
-        self.above.clear();
         let (ray, tree_ray) = self.roots.ray(ray);
-        let mut level = Level {
+        // Levels stay in their places: what was just written in small parts is slow to copy.
+        let mut levels = std::mem::take(&mut self.levels);
+        levels.clear();
+        levels.push(Level {
             ray,
             tree_ray,
             group: root,
             first_leaf: 0,
             stack_base: 0,
-        };
-        loop {
-            while let Some(offset) = self.next_item::<ANY>(&level) {
-                if let Some(inner) = self.visit::<ANY>(&mut level, offset) {
-                    self.above.push(std::mem::replace(&mut level, inner));
+        });
+        while let Some(level) = levels.last_mut() {
+            let Some(offset) = self.next_item::<ANY>(level) else {
+                levels.pop();
+                if let Some(outer) = levels.last_mut() {
+                    outer.tree_ray.restrict(self.nearest.t);
                 }
-                if ANY && self.nearest.leaf >= 0 {
-                    return self.nearest;
-                }
-            }
-            let Some(outer) = self.above.pop() else {
-                return self.nearest;
+                continue;
             };
-            level = outer;
-            level.tree_ray.restrict(self.nearest.t);
+            if let Some(inner) = self.visit::<ANY>(level, offset) {
+                levels.push(inner);
+            } else if ANY && self.nearest.leaf >= 0 {
+                break;
+            }
         }
+        self.levels = levels;
+        self.nearest
     }
 
     /// Begins a level: its root and its unbounded instances are on the stack.
