@@ -20,7 +20,7 @@ def run(arguments: argparse.Namespace) -> Exit:
     name = arguments.code.strip("[]")
     code = CODES.get(name)
     if code is None:
-        help = did_you_mean(name, CODES) or "codes are listed in dsl/reference/diagnostics.md"
+        help = did_you_mean(name, CODES) or "codes are listed in dsl/reference/codes.md"
         raise StopError(Exit.USAGE, f"no diagnostic has the code `{name}`", help)
     print(f"# {code.severity}[{name}]\n\n{code.summary[0].upper()}{code.summary[1:]}.")
     for section in _sections(f"{code.severity}[{name}]"):

@@ -25,7 +25,7 @@ def test_every_code_is_used_and_every_used_code_is_listed() -> None:
 
 
 def test_the_reference_lists_the_codes_and_limits() -> None:
-    text = (ROOT / "dsl" / "reference" / "diagnostics.md").read_text()
+    text = (ROOT / "dsl" / "reference" / "codes.md").read_text()
     for name, code in CODES.items():
         assert f"| `{name}` | {code.summary} |\n" in text
     text = (ROOT / "dsl" / "reference" / "limits.md").read_text()
