@@ -22,6 +22,8 @@ MOST = 200_000
 MOST_ADVICE = 20
 WORST_CONDITION = 1e8
 """The largest condition number of a transform that nothing is said about."""
+_ODD = 0x9E3779B97F4A7C15
+"""The golden ratio in 64 bits: its powers hash rows."""
 _MARGIN = 2.0
 """How many times as wide as its window a camera is taken to see: pictures have many shapes."""
 
@@ -127,7 +129,7 @@ def _coincident(scene: SceneIR) -> tuple[IntArray, IntArray]:
     group = np.repeat(
         np.arange(len(scene.group_ranges)), np.diff(scene.group_ranges, axis=1).ravel()
     )
-    factors = np.random.default_rng(0).integers(1, 2**62, 14, dtype=np.int64) | 1
+    factors = np.array([pow(_ODD, n, 1 << 64) for n in range(1, 15)], np.uint64).view(np.int64)
     hashed = matrices.view(np.int64) @ factors[:12]
     hashed += scene.instance_target * factors[12] + group * factors[13]
     order = np.argsort(hashed, kind="stable")

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler.double_double import ONE, ZERO, DoubleDouble, FloatArray, Part
+from dsl.records import value
 
 Lanes = NDArray[np.signedinteger[Any]] | slice | int
 Row = tuple[DoubleDouble, DoubleDouble, DoubleDouble, DoubleDouble]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Affine:
     """A 3×4 matrix (or n of them: entries are scalars or arrays of n) over the row 0 0 0 1."""
 
@@ -83,8 +83,8 @@ def scatter(parts: Iterable[tuple[Affine, NDArray[np.int64]]], count: int) -> Af
         if all(v.ndim == 0 and v == first for v in values):
             return first
         out = np.empty(count)
-        for value, (_, index) in zip(values, pieces, strict=True):
-            out[index] = value
+        for part, (_, index) in zip(values, pieces, strict=True):
+            out[index] = part
         return out
 
     def entry(i: int, j: int) -> DoubleDouble:
@@ -98,7 +98,7 @@ def scatter(parts: Iterable[tuple[Affine, NDArray[np.int64]]], count: int) -> Af
 IDENTITY = Affine(((ONE, ZERO, ZERO, ZERO), (ZERO, ONE, ZERO, ZERO), (ZERO, ZERO, ONE, ZERO)))
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Placement:
     """A map and its inverse; where there is none, entries of either are not finite."""
 

@@ -9,8 +9,8 @@ whose leading terms alone need double-double. The sum formulas join both. Absolu
 
 from __future__ import annotations
 
-from decimal import Decimal, localcontext
 from functools import cache
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,51 +19,52 @@ from compiler.double_double import DoubleDouble, FloatArray, Part
 
 _STEP = 3 / 32
 _NODES = 480  # 45 degrees
-_DIGITS = 50
-_PI = "3.14159265358979323846264338327950288419716939937510582097494"
+_BITS = 192
+_ONE = 1 << _BITS
+"""Constants are computed as integers: numbers times this one."""
+_PI = 314159265358979323846264338327950288419716939937510582097494459230 * _ONE // 10**65
 
 
-def _dd(numerator: Decimal) -> DoubleDouble:
-    hi = float(numerator)
-    return DoubleDouble(np.float64(hi), np.float64(numerator - Decimal(hi)))
+def _dd(number: int) -> tuple[float, float]:
+    """The double-double nearest to an integer of the above kind."""
+    hi = number / _ONE
+    return hi, (number - int(hi * _ONE)) / _ONE
+
+
+def _constant(number: int) -> DoubleDouble:
+    hi, lo = _dd(number)
+    return DoubleDouble(np.float64(hi), np.float64(lo))
 
 
 @cache
 def _constants() -> tuple[DoubleDouble, dict[int, DoubleDouble]]:
     """Radians per degree, and 1/n! by n, as double-doubles."""
-    with localcontext(prec=_DIGITS):
-        factorial, inverse = Decimal(1), {}
-        for n in range(1, 12):
-            factorial *= n
-            inverse[n] = _dd(1 / factorial)
-        return _dd(Decimal(_PI) / 180), inverse
+    return _constant(_PI // 180), {n: _constant(_ONE // factorial(n)) for n in range(1, 12)}
 
 
 @cache
 def _table() -> tuple[DoubleDouble, DoubleDouble]:
     """Sine and cosine of 0, 3/32, 6/32, …, 45 degrees, `(481,)`."""
-    with localcontext(prec=_DIGITS):
-        x = Decimal(_PI) / 180 * Decimal(_STEP)
-        term, sin_step, cos_step = Decimal(1), Decimal(0), Decimal(0)
-        for n in range(24):
-            if n % 2:
-                sin_step += term if n % 4 == 1 else -term
-            else:
-                cos_step += term if n % 4 == 0 else -term
-            term = term * x / (n + 1)
-        sines, cosines = [Decimal(0)], [Decimal(1)]
-        for _ in range(_NODES):
-            s, c = sines[-1], cosines[-1]
-            sines.append(s * cos_step + c * sin_step)
-            cosines.append(c * cos_step - s * sin_step)
-        # Two digits fewer than the worst of 480 roundings: sin 30° is 0.5 and nothing else.
-        quantum = Decimal(1).scaleb(5 - _DIGITS)
-        pairs = [[_dd(v.quantize(quantum)) for v in values] for values in (sines, cosines)]
-    sine, cosine = (
-        DoubleDouble(np.array([v.hi for v in values]), np.array([v.lo for v in values]))
-        for values in pairs
-    )
-    return sine, cosine
+    x = 3 * _PI // (32 * 180)
+    term, series = _ONE, [0, 0]
+    for n in range(24):
+        series[n % 2] += term if n % 4 < 2 else -term
+        term = term * x // ((n + 1) * _ONE)
+    cos_step, sin_step = series
+    sines, cosines = [0], [_ONE]
+    for _ in range(_NODES):
+        s, c = sines[-1], cosines[-1]
+        sines.append((s * cos_step + c * sin_step) >> _BITS)
+        cosines.append((c * cos_step - s * sin_step) >> _BITS)
+    return _column(sines), _column(cosines)
+
+
+def _column(numbers: list[int]) -> DoubleDouble:
+    # More bits fewer than 480 roundings can spoil: sin 30° is 0.5 and nothing else.
+    spoilt = 16
+    rounded = [((n + (1 << spoilt - 1)) >> spoilt) << spoilt for n in numbers]
+    hi, lo = np.array([_dd(n) for n in rounded]).T
+    return DoubleDouble(np.ascontiguousarray(hi), np.ascontiguousarray(lo))
 
 
 def sin_cos(degrees: Part) -> tuple[DoubleDouble, DoubleDouble]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +18,7 @@ from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
 from dsl.observation import stage
 from dsl.parameters import Settings, unknown_settings
+from dsl.records import node, value
 from dsl.scene import File, Group, Node, SceneGraph
 from dsl.scene import Settings as SceneSettings
 from dsl.spans import Source
@@ -28,7 +29,7 @@ AS_IT_IS = StageOptions()
 STAGE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Reader:
     """How the files that a scene names are read: through `files`, stages at `time`."""
 
@@ -52,7 +53,7 @@ class Reader:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@node
 class Compilation:
     """A scene without errors: its graph, its IR, and what is worth a warning."""
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from compiler.provenance import Origins
 from compiler.walk import Walk
+from dsl.records import value
 from dsl.scene import Bind, Group, Instances, IntArray, Material, Node, Origin, Step, Transform
 
 # A run this long below a node with several parents is composed once, not once for each parent.
@@ -50,7 +51,7 @@ class Segment(NamedTuple):
     number: int
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Chain:
     """Elementary steps in reading order; `count` lanes."""
 
@@ -58,7 +59,7 @@ class Chain:
     count: int
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Edge:
     """`count` placements of a leaf (`target` ≥ 0) or a branch (`~target`).
 

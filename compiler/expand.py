@@ -13,13 +13,13 @@ a tree: each is placed in its parent (-1: the group's own space) by one lane of 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from compiler.column import Column, Integers
 from compiler.compress import NO_MATERIAL, Branches, Edge, combined, overriding
 from compiler.ir import COUNTED
+from dsl.records import value
 
 FLATTEN_LEAVES = 1 << 22
 FLATTEN_ROWS = 1 << 16
@@ -44,7 +44,7 @@ class Table:
         self.source_index = Column(leaves)
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Plan:
     """For each branch: its leaves with all below expanded, its placements, whether it is kept.
 

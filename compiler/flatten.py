@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +27,7 @@ from compiler.rows import Rows, first_uses, needs_default_material, renumbered, 
 from compiler.walk import Load, walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
+from dsl.records import value
 from dsl.scene import (
     DEFAULT_MATERIAL,
     SceneGraph,
@@ -38,7 +38,7 @@ from dsl.spans import Place
 MAX_LEVELS = 32
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Pruned:
     """What a scene has and its IR does without."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compiler.ir import COUNTED, ORIGIN, SceneIR, leaf_counts
+from dsl.records import value
 from dsl.scene import Origin
 from dsl.spans import Place, PrimPlace, Source, Span
 
@@ -68,7 +69,7 @@ class Origins:
         return table
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Segment:
     origin: int
     index: int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from compiler.compress import NO_MATERIAL, Branches
 from compiler.expand import Plan, expand, joined
 from compiler.ir import COUNTED
 from compiler.place import Frames, matrices
+from dsl.records import value
 
 # Numbers looked at once.
 _BLOCK = 1 << 16
@@ -27,7 +28,7 @@ class Sources(NamedTuple):
     number: Integers
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Rows:
     """Instances of all groups; columns as in `SceneIR`, prototypes and materials provisional."""
 

@@ -13,7 +13,6 @@ number of steps only, so that a batch of n gives to the last bit what n single c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +22,7 @@ from compiler.affine import IDENTITY, STILL, Affine, Lanes, Placement, scatter_p
 from compiler.angles import sin_cos
 from compiler.double_double import ONE, ZERO, DoubleDouble, Part
 from compiler.vectors import cross, dot, leveled, leveling, unit
+from dsl.records import value
 from dsl.scene import Step, StepKind
 
 Matrix3 = list[list[DoubleDouble]]
@@ -87,7 +87,7 @@ def prepared(steps: Sequence[Step]) -> Factor:
         return factors[0]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Few:
     """Lane i of the batch is lane `place[i]` of the placement; without a `place` all are alike."""
 
@@ -98,7 +98,7 @@ class _Few:
         return self.placement if self.place is None else self.placement.take(self.place[index])
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Each:
     """A step with values of its own in every lane."""
 
@@ -109,7 +109,7 @@ class _Each:
         return _placement(Step(step.kind, step.values[index], step.inverse))
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Product:
     outer: Factor
     inner: Factor

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dsl.records import value
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Limits:
     """What a program may spend; each limit has a `limit-…` diagnostic that names it.
 

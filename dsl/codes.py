@@ -7,13 +7,12 @@ scenes. The language reference shows each code of the language in an example.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from dsl.diagnostics import Diagnostic, Label, Severity
+from dsl.records import value
 from dsl.spans import Place
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Code:
     """What a code means, in one line."""
 

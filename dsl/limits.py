@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from dsl.angles import sine
+from dsl.records import value
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
 from dsl.values import format_number as number
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Broken:
     """An inequality that does not hold.
 
@@ -37,9 +37,9 @@ def broken_limit(kind: ShapeKind, parameters: Sequence[float]) -> Broken | None:
     """
     names = SHAPE_PARAMETERS[kind]
     p = dict(zip(names, parameters, strict=True))
-    for name, value in p.items():
-        if not math.isfinite(value):
-            return Broken("value-not-finite", f"{name} = {value} is not finite", (name,))
+    for name, amount in p.items():
+        if not math.isfinite(amount):
+            return Broken("value-not-finite", f"{name} = {amount} is not finite", (name,))
     return _broken_extent(kind, p) or (_broken_bevel(kind, p) if "bevel" in p else None)
 
 
@@ -63,7 +63,7 @@ def within_rounding(kind: ShapeKind, parameters: tuple[float, ...]) -> tuple[flo
     return parameters
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Condition:
     """`left` (in terms of the bevel b) is at most `right`; so b is at most `largest`."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePath
 
 from dsl.records import value
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Source:
     """One file of source text.
 
@@ -41,7 +41,7 @@ class Span:
     end: int
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class PrimPlace:
     """A prim of a USD stage: what a span is for a scene program."""
 

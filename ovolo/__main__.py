@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import io
 import os
 import sys
@@ -112,7 +113,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(chosen: str) -> argparse.ArgumentParser:
-    """The parser for the chosen command: the others are named, but not loaded."""
+    """The parser for the chosen command alone; for none, one that names them all."""
     parser = _Parser(
         prog="ovolo",
         description="Scenes to pictures, with known accuracy.",
@@ -121,8 +122,10 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"ovolo {ovolo.__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for name, summary in COMMANDS.items():
+    # With `prog` given, the usage so far is not written for it, which takes terminal and locale.
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, prog=parser.prog)
+    for name in [chosen] if chosen in COMMANDS else COMMANDS:
+        summary = COMMANDS[name]
         command = commands.add_parser(
             name,
             help=summary,
@@ -137,5 +140,13 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
     return parser
 
 
+def process() -> NoReturn:
+    """A process that runs one command."""
+    code = main()
+    # Else the collector looks at all objects once more, before the system takes all memory back.
+    gc.freeze()
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    process()

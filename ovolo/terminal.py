@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -42,6 +41,8 @@ def print_stop(stop: StopError) -> None:
 
 def print_json(value: object) -> None:
     """Print one JSON value on standard output."""
+    import json
+
     print(json.dumps(value, indent=2, allow_nan=False))
 
 

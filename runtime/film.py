@@ -6,7 +6,6 @@ import errno
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,6 +115,8 @@ class Film:
                 return jpeg(self._shown(over_black).reshape(-1, 4), self.width)
             case None:
                 raise ImageError(f"unknown picture format {format!r}: use png, jpeg or exr")
+        from tempfile import TemporaryDirectory
+
         # OpenImageIO has no memory to write to from Python, only files.
         with TemporaryDirectory(prefix="ovolo-") as folder:
             path = Path(folder) / "picture.exr"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from time import perf_counter
-from typing import TypeVar, get_args
+from typing import TYPE_CHECKING, TypeVar, get_args
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from dsl.scene import Integrator, Precision
 from runtime._kernel import Kernel
 from runtime.camera import choose_camera, default_camera
 from runtime.film import Film
-from runtime.textures import load_images
 from runtime.tracer import MAX_THREADS
+
+if TYPE_CHECKING:
+    from dsl.diagnostics import Diagnostic
+    from runtime.textures import Pictures
 
 DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 DEFAULT_SAMPLES = 16
@@ -95,7 +98,7 @@ def render(
 
     start = perf_counter()
     with stage("build"):
-        pictures, warnings = load_images(ir) if integrator == "direct" else ((), [])
+        pictures, warnings = _images(ir) if integrator == "direct" else ([], [])
         kernel = Kernel(ir, precision, isa, pictures)
         if record is None:
             record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
@@ -126,6 +129,15 @@ def render(
         build_seconds=built - start,
         warnings=tuple(warnings),
     )
+
+
+def _images(ir: SceneIR) -> tuple[Pictures, list[Diagnostic]]:
+    """The images that the scene's textures name, and what is wrong with them."""
+    if not len(ir.textures):
+        return [], []
+    from runtime.textures import load_images
+
+    return load_images(ir)
 
 
 def _size(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
+
+from dsl.records import value
 
 Complexity = Literal["low", "medium", "high", "veryhigh", "limit"]
 KNOWN_PURPOSES = ("default", "render", "proxy", "guide")
@@ -13,7 +14,7 @@ PURPOSES = frozenset({"default", "render"})
 """What is drawn unless a stage or a caller says otherwise."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class StageOptions:
     """Choices that are not in the stage.
 
@@ -47,7 +48,7 @@ class StageOptions:
             raise ValueError(f"complexity is one of {choices}, not {self.complexity!r}")
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Isolation:
     """An import in a child process.
 
