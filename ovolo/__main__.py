@@ -86,6 +86,9 @@ def _ended_by(error: BaseException) -> Exit:
         case KeyboardInterrupt():
             print("interrupted", file=sys.stderr)
             return Exit.INTERRUPTED
+        case MemoryError():
+            print("error: there is not enough memory for that", file=sys.stderr)
+            return Exit.USAGE
         case BrokenPipeError():
             _discard_output()
             return Exit.PIPE_CLOSED

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from operator import index
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, SupportsIndex
 
 from compiler.compilation import Compilation, Time, compile_path, compile_text, strictly
 from compiler.ir import SceneIR
@@ -68,23 +69,24 @@ class Scene:
             return Tracer.over(ReferenceTracer(self._compilation.graph, self._compilation.load))
         return Tracer(self.ir, precision, isa, threads)
 
-    def object_path(self, instance: int) -> str:
+    def object_path(self, instance: SupportsIndex) -> str:
         """What made an instance: `dome[3]/course/block[7]`, or the prim path in a stage.
 
-        Raises IndexError where the scene has no such instance (a miss has -1).
+        Raises IndexError where the scene has no such instance (a miss has -1), and TypeError for
+        what is no integer.
         """
         from compiler.provenance import object_path
 
-        return object_path(self.ir, instance)
+        return object_path(self.ir, index(instance))
 
-    def source_span(self, instance: int) -> Place | None:
+    def source_span(self, instance: SupportsIndex) -> Place | None:
         """Which words, or which prim, made an instance; None if nobody said.
 
-        Raises IndexError, as `object_path`.
+        Raises IndexError and TypeError, as `object_path`.
         """
         from compiler.provenance import source_place
 
-        return source_place(self.ir, instance, self._compilation.graph.sources)
+        return source_place(self.ir, index(instance), self._compilation.graph.sources)
 
     def render(
         self,

@@ -31,6 +31,9 @@ MAX_PIXELS = 1 << 26
 MAX_CAMERA_RAYS = 1 << 40
 MAX_SAMPLES = 1 << 16
 
+_PIXEL_BYTES = 44
+"""Of color, error, depth, normal and instance."""
+
 Name = TypeVar("Name", bound=str)
 
 
@@ -72,7 +75,8 @@ def render(
     `progress(done, rays)` is called some 20 times a second with the fraction done and the rays
     traced; what it raises, or KeyboardInterrupt, ends the render at once.
     Raises ValueError for settings out of range, naming the limit; so for more than `max_pixels`,
-    or pixels × samples than `max_camera_rays`, wherever they come from.
+    or pixels × samples than `max_camera_rays`, wherever they come from. Raises MemoryError where
+    there is none for the picture.
     """
     settings = ir.settings[0]
     record = choose_camera(ir, camera)
@@ -104,6 +108,8 @@ def render(
             record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
     built = perf_counter()
     with stage("render"):
+        # The kernel ends the process where memory is refused: whether it is, is found out here.
+        np.empty(width * height * _PIXEL_BYTES, np.uint8)
         images = kernel.render(
             record,
             width,

@@ -166,6 +166,11 @@ def test_every_instance_knows_what_made_it() -> None:
             scene.object_path(miss)
         with pytest.raises(IndexError):
             scene.source_span(miss)
+    assert scene.object_path(np.int64(1)) == scene.object_path(1)
+    with pytest.raises(TypeError, match="float"):
+        scene.object_path(1.5)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="float"):
+        scene.source_span(np.float64(1.0))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("time", "z"), [(None, 5.0), ("earliest", 1.0), (2, 2.0), (1.5, 1.5)])

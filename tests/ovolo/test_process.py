@@ -181,3 +181,18 @@ def test_the_service_answers_on_a_port_and_ends(tmp_path: Path) -> None:
     finally:
         process.kill()
         process.wait()
+
+
+def test_a_picture_without_memory_for_it_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "ball.ovo").write_text("sphere()\n")
+    words = ["render", "ball.ovo", "--width", "8000", "--height", "8000", "--samples", "1"]
+    limited = f"ulimit -v 1500000; exec {shlex.join([*OVOLO, *words])}"
+    ended = subprocess.run(
+        ["sh", "-c", limited],
+        cwd=tmp_path,
+        env={**ENVIRONMENT, "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert (ended.returncode, ended.stderr) == (2, "error: there is not enough memory for that\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["ball.ovo"]
