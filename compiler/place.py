@@ -17,7 +17,7 @@ from compiler.expand import Table
 from compiler.transforms import Factor, compose, compose_many, prepared
 
 # Lanes worked on at once: few enough that their matrices stay in the caches.
-_CHUNK = 6144
+_CHUNK = 8192
 # Chains of more lanes are composed when they are needed, and not held in double-double.
 _LARGE = 8192
 # A low part below this fraction of its number is less than the rounding of `translation_low`.
