@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
 from dsl.angles import sine
@@ -206,6 +205,8 @@ def _broken_triangle(p: dict[str, float]) -> Broken | None:
         a, b, c = ([real(p[f"{corner}{axis}"]) for axis in "xyz"] for corner in "abc")
         u, v = ([end - start for start, end in zip(a, corner, strict=True)] for corner in (b, c))
         return [(u[i - 2] * v[i - 1], u[i - 1] * v[i - 2]) for i in range(3)]
+
+    from fractions import Fraction
 
     # What rounding may have hidden from float64 is decided by exact numbers.
     if any(abs(m - s) > 1e-12 * abs(m) + 1e-280 for m, s in normal(float)):
