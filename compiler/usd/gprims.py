@@ -6,6 +6,7 @@ default); ours stand on the y axis. The steps given with a shape bring it there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -25,6 +26,9 @@ _FROM_Y: dict[str, tuple[Step, ...]] = {
     "Z": (rotation("X", 90.0),),
 }
 """Turns +y into the axis, and never mirrors."""
+
+SIZES = (1e-100, 1e100)
+"""What solids measure at least and at most."""
 
 _UPSIDE_DOWN = (rotation("X", 180.0),)
 
@@ -54,12 +58,18 @@ class Gprims:
         return type_name in self._readers or type_name in KINDS
 
     def read(self, type_name: str, prim: Any) -> Placed | None:
-        """The shape of a prim, or None (reported) for one that has no extent."""
+        """The shape of a prim, or None (reported) for one that has no extent that can be traced."""
+        placed: Placed | None
         if type_name in KINDS:
             solid = read_solid(prim, type_name, self._clock, self._report)
-            return None if solid is None else (self._shape(*solid), ())
-        placed: Placed | None = self._readers[type_name](prim)
-        return placed
+            placed = None if solid is None else (self._shape(*solid), ())
+        else:
+            placed = self._readers[type_name](prim)
+        if placed is None or _is_traceable(placed[0]):
+            return placed
+        message = f"a prim with sizes below {SIZES[0]:g} or above {SIZES[1]:g} draws nothing"
+        self._report.add("usd-shape", message, prim.GetPath())
+        return None
 
     def _shape(self, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
         key = (kind, parameters)
@@ -75,7 +85,14 @@ class Gprims:
 
     def _size(self, prim: Any, name: str, fallback: float) -> float:
         """A length; its sign says nothing about a symmetric solid."""
-        return abs(self._clock.number(prim.GetAttribute(name), fallback))
+        attribute = prim.GetAttribute(name)
+        number = self._clock.number(attribute, math.nan)
+        if not math.isnan(number):
+            return abs(number)
+        if self._clock.value(attribute) is not None:
+            message = f"`{name}` is no finite number: {fallback:g} is used"
+            self._report.add("usd-attribute", message, prim.GetPath())
+        return fallback
 
     def _is_upside_down(self, prim: Any) -> bool:
         """Whether a height below zero exchanges top and bottom, as it does in Hydra's meshes."""
@@ -201,3 +218,12 @@ class Gprims:
         # The rectangle's x comes from y for a plane that faces X: there the length runs along y.
         sizes = (length, width) if axis == "X" else (width, length)
         return self._shape(ShapeKind.RECTANGLE, sizes), _FROM_Y[axis]
+
+
+def _is_traceable(shape: Shape | Mesh) -> bool:
+    """Whether the squares and cubes of a shape's sizes are numbers still."""
+    low, high = SIZES
+    if isinstance(shape, Mesh):
+        return bool(low <= np.abs(shape.points).max() <= high)
+    sizes = np.abs(shape.parameters)
+    return bool(((sizes == 0.0) | (low <= sizes) & (sizes <= high)).all())

@@ -18,6 +18,9 @@ from dsl.scene import FloatArray, IntArray
 FLAT = 1e-9
 """A corner that turns inwards by less, relative to twice the face's area, counts as straight."""
 
+FARTHEST = 1e100
+"""Coordinates that are larger count as not finite."""
+
 BLOCK = 1 << 15
 """Corners worked on at once."""
 
@@ -85,7 +88,7 @@ def usable_faces(points: FloatArray, counts: IntArray, indices: IntArray) -> Pol
     large = known & (sizes >= 3)
     inside = (indices >= 0) & (indices < len(points))
     finite = inside.copy()
-    finite[inside] = np.asarray(np.isfinite(points).all(axis=1))[indices[inside]]
+    finite[inside] = np.asarray((np.abs(points) <= FARTHEST).all(axis=1))[indices[inside]]
     outside = _any(~inside, sizes, ends)
     broken = _any(~finite, sizes, ends)
     kept = large & ~broken
@@ -111,7 +114,7 @@ def _all_usable(points: FloatArray, sizes: IntArray, total: int, indices: IntArr
         and sizes.min() >= 3
         and indices.min() >= 0
         and indices.max() < len(points)
-        and np.isfinite(points).all()
+        and (np.abs(points) <= FARTHEST).all()
     )
 
 

@@ -167,3 +167,22 @@ def test_what_has_no_size_is_reported(load: Callable[..., Any], text: str) -> No
     imported = load(text)
     assert imported.leaves == []
     assert imported.said("zero draws nothing").primary.place.prim == "/p"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['def Sphere "p" {\ndouble radius = 1e308\n}', 'def Cone "p" {\ndouble height = 1e-320\n}',
+     'def Capsule_1 "p" {\ndouble radiusTop = 1e308\n}',
+     'def OvoloTorus "p" {\ndouble major = 1e200\n}'],
+)  # fmt: skip
+def test_what_cannot_be_measured_is_reported(load: Callable[..., Any], text: str) -> None:
+    imported = load(text)
+    assert imported.leaves == []
+    assert imported.said("draws nothing").primary.place.prim == "/p"
+
+
+@pytest.mark.parametrize("value", ["double radius = nan", 'token radius = "big"'])
+def test_sizes_that_are_no_numbers_are_the_fallback(load: Callable[..., Any], value: str) -> None:
+    imported = load(f'def Sphere "s" {{\n{value}\n}}')
+    assert imported.leaf("/s").node.parameters == (1.0,)
+    assert imported.said("no finite number").code == "usd-attribute"

@@ -69,9 +69,9 @@ def test_faces_of_all_sizes_keep_their_order() -> None:
 
 
 def test_faulty_faces_are_dropped_and_counted() -> None:
-    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0)])
-    counts = np.array([3, 2, 3, 3, -1, 3, 3])
-    indices = np.array([0, 1, 2, 0, 1, 0, 1, 9, 0, 1, 3, 2, 1, 0, 0])
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0), (0, -1e200, 0)])
+    counts = np.array([3, 2, 3, 3, -1, 3, 3, 3])
+    indices = np.array([0, 1, 2, 0, 1, 0, 1, 9, 0, 1, 3, 2, 1, 0, 0, 1, 4, 0])
     found = usable_faces(points, counts, indices)
     assert found.corners.tolist() == [0, 1, 2, 2, 1, 0]
     assert found.faces.tolist() == [0, 5]
@@ -79,7 +79,7 @@ def test_faulty_faces_are_dropped_and_counted() -> None:
     assert found.dropped == {
         "of fewer than 3 corners": 2,
         "with indices out of range": 1,
-        "with points that are not finite": 1,
+        "with points that are not finite": 2,
         "that run beyond the list of indices": 1,
     }
 
