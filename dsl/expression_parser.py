@@ -44,9 +44,9 @@ _SINGLE: dict[str, Callable[[Span, Any], ast.Expression]] = {
     "color": ast.ColorLiteral,
     "true": lambda span, _: ast.Boolean(span, True),
     "false": lambda span, _: ast.Boolean(span, False),
-    "fault": lambda span, _: ast.Missing(span),
 }
 """Expressions of one token, by its kind."""
+_SUFFIXES = ("(", "[", ".")
 
 
 class ExpressionParser(TokenReader, ABC):
@@ -58,16 +58,16 @@ class ExpressionParser(TokenReader, ABC):
 
     def expression(self, level: int = 0) -> ast.Expression:
         """Operators of that level and above: `operand { operator operand }`."""
-        start = self.token
+        start, kinds = self.position, self.kinds
         left = self.prefix(level)
-        while (binary := _LEVELS.get(self.token.kind, -1)) >= level:
+        while (binary := _LEVELS.get(kinds[self.position], -1)) >= level:
             operands = [left]
             operators: list[ast.Operator] = []
-            while _LEVELS.get(self.token.kind) == binary:
+            while _LEVELS.get(kinds[self.position]) == binary:
                 if operators and binary in (_COMPARISON, _INTERVAL):
                     self.chained(operators[0])
-                token = self.advance()
-                operators.append(ast.Operator(self.token_span(token), token.kind))
+                place = self.advance()
+                operators.append(ast.Operator(self.token_span(place), kinds[place]))
                 operands.append(self.expression(binary + 1))
             left = ast.Operation(self.span(start), tuple(operands), tuple(operators))
         return left
@@ -87,49 +87,50 @@ class ExpressionParser(TokenReader, ABC):
 
     def prefix(self, level: int = 0) -> ast.Expression:
         """`("-" | "not") operand`, or a chain; `level` is that of the operand which it begins."""
-        token = self.token
-        if token.kind not in ("-", "not"):
+        kind = self.kinds[self.position]
+        if kind not in ("-", "not"):
             return self.suffixes()
-        if token.kind == "not" and level > _NOT:
+        if kind == "not" and level > _NOT:
             self.expected("an operand", "`not` binds more weakly: write `(not …)`")
-        self.deeper(token)
-        self.advance()
-        operand = self.expression(_NOT if token.kind == "not" else _PREFIX)
+        self.deeper(self.position)
+        start = self.advance()
+        operand = self.expression(_NOT if kind == "not" else _PREFIX)
         self.nesting -= 1
-        operator = ast.Operator(self.token_span(token), token.kind)
-        return ast.Unary(self.span(token), operator, operand)
+        operator = ast.Operator(self.token_span(start), kind)
+        return ast.Unary(self.span(start), operator, operand)
 
     def suffixes(self) -> ast.Expression:
         """`primary { "(" arguments ")" | "[" expression "]" | "." name }`."""
-        start = self.token
+        start = self.position
         base = self.primary()
         suffixes: list[ast.Suffix] = []
-        while True:
-            opener = self.token
-            if opener.kind == "(":
-                self.advance()
+        while (kind := self.kinds[self.position]) in _SUFFIXES:
+            opener = self.position
+            self.position += 1
+            if kind == "(":
                 arguments = self.arguments(opener)
                 suffixes.append(ast.Call(self.span(opener), arguments))
-            elif opener.kind == "[":
-                self.deeper(self.advance())
+            elif kind == "[":
+                self.deeper(opener)
                 index = self.expression()
                 self.close(opener, "]")
                 suffixes.append(ast.Index(self.span(opener), index))
-            elif opener.kind == ".":
-                self.advance()
-                member = self.token
-                if member.kind not in ("name", "reserved") and member.kind not in KEYWORDS:
-                    number = self.tokens[self.position - 2].kind == "number"
+            else:
+                member = self.position
+                if self.kinds[member] != "name" and not self.is_word(member):
+                    number = self.kinds[opener - 1] == "number"
                     help = "a number ends with a digit, such as `2.0` or `2`" if number else None
                     self.expected("a name after `.`", help)
-                self.advance()
-                name = str(member.value or member.kind)
-                suffixes.append(ast.Member(self.token_span(member), name))
-            else:
-                break
+                self.position += 1
+                suffixes.append(ast.Member(self.token_span(member), self.name(member)))
         return ast.Chain(self.span(start), base, tuple(suffixes)) if suffixes else base
 
-    def arguments(self, opener: Token) -> tuple[ast.Argument, ...]:
+    def is_word(self, place: int) -> bool:
+        """Whether a token is a word of the language or a name."""
+        kind = self.kinds[place]
+        return kind in ("name", "reserved") or kind in KEYWORDS
+
+    def arguments(self, opener: int) -> tuple[ast.Argument, ...]:
         """`{ expression "," } { name ":" expression "," }` up to the closing bracket."""
         arguments = self.sequence(opener, ")", "argument", self.argument)
         named: ast.Argument | None = None
@@ -149,40 +150,40 @@ class ExpressionParser(TokenReader, ABC):
 
     def argument(self) -> ast.Argument:
         """`[ name ":" ] expression`."""
-        start, following = self.token, self.next_kind()
+        start, following = self.position, self.next_kind()
         name, name_span = None, None
-        if following == ":" and (start.kind in ("name", "reserved") or start.kind in KEYWORDS):
-            self.advance()
-            self.advance()
-            name, name_span = str(start.value or start.kind), self.token_span(start)
-        elif following == "=" and start.kind == "name":
+        if following == ":" and self.is_word(start):
+            self.position += 2
+            name, name_span = self.name(start), self.token_span(start)
+        elif following == "=" and self.kind == "name":
             self.advance()
             self.foreign_sign()
             self.report(
                 "syntax-expected",
                 "expected `:`, found `=`",
                 self.token,
-                help=f"write `{start.value}: value`",
+                help=f"write `{self.name(start)}: value`",
             )
             self.advance()
-            name, name_span = str(start.value), self.token_span(start)
+            name, name_span = self.name(start), self.token_span(start)
         value = self.expression()
         return ast.Argument(self.span(start), name, name_span, value)
 
     def primary(self) -> ast.Expression:
         """A literal, a name, or something in brackets."""
-        token = self.token
-        make = _SINGLE.get(token.kind)
+        place = self.position
+        kind = self.kinds[place]
+        make = _SINGLE.get(kind)
         if make is not None:
-            self.advance()
-            return make(self.token_span(token), token.value)
-        match token.kind:
+            self.position += 1
+            return make(self.token_span(place), self.values[place])
+        match kind:
             case "(":
                 return self.parenthesised()
             case "[":
                 self.advance()
-                items = self.sequence(token, "]", "item", self.expression)
-                return ast.ListLiteral(self.span(token), tuple(items))
+                items = self.sequence(place, "]", "item", self.expression)
+                return ast.ListLiteral(self.span(place), tuple(items))
             case "{":
                 return self.block()
             case "if":
@@ -192,14 +193,16 @@ class ExpressionParser(TokenReader, ABC):
             case "foreign":
                 self.foreign_sign()
                 return ast.Missing(self.token_span(self.advance()))
-            case "newline" if self.tokens[self.position - 1].kind in _LEVELS:
+            case "fault":
+                return ast.Missing(self.token_span(self.advance()))
+            case "newline" if self.kinds[place - 1] in _LEVELS:
                 return self.after_newline()
             case _:
                 return self.no_expression()
 
     def after_newline(self) -> ast.Expression:
         """Refuse a newline after an operator, and take the next line for its operand."""
-        token = self.token
+        place, token = self.position, self.token
         self.report(
             "syntax-expected",
             f"expected an expression, found {describe(token)}",
@@ -209,31 +212,31 @@ class ExpressionParser(TokenReader, ABC):
         if self.next_kind() not in ("let", "fn", "use", "param", "for", "if", "}", "end"):
             self.advance()
             self.prefix()
-        return ast.Missing(self.span(token))
+        return ast.Missing(self.span(place))
 
     def no_expression(self) -> NoReturn:
         """Refuse what cannot begin an expression."""
         help = None
-        before = self.tokens[self.position - 1].kind if self.position else ""
-        if self.token.kind in self.refused:
+        before = self.before.kind if self.position else ""
+        if self.kind in self.refused:
             raise SyntaxFault
-        if before == "=" and self.token.kind == "newline":
+        if before == "=" and self.kind == "newline":
             help = "the value stands behind the `=`, or in brackets that begin there"
-        elif self.token.kind == "<":
+        elif self.kind == "<":
             help = "a vector is written `(x, y, z)`"
         elif before == "%":
             help = "`%` is the rest of a division; a half is `0.5`"
-        elif before in ("(", "[") and self.token.kind == "end":
-            self.close(self.tokens[self.position - 1], ")" if before == "(" else "]")
-        elif self.token.kind == "fn":
+        elif before in ("(", "[") and self.kind == "end":
+            self.close(self.position - 1, ")" if before == "(" else "]")
+        elif self.kind == "fn":
             help = "a function has a name and a line of its own: `fn name(…) { … }`"
-        elif self.token.kind == ".":
+        elif self.kind == ".":
             help = "a number begins with a digit: `0.5`"
-        elif self.token.kind == "else":
+        elif self.kind == "else":
             help = "put `else` on the line of the `}` before it"
-        elif self.token.kind in (")", "]") and before in ("", "newline"):
+        elif self.kind in (")", "]") and before in ("", "newline"):
             self.closes_nothing()
-        elif self.token.kind in ("*", "/", "%", "+") and before in ("newline", "{", "}"):
+        elif self.kind in ("*", "/", "%", "+") and before in ("newline", "{", "}"):
             help = _NEWLINE
         self.expected("an expression", help)
 
@@ -257,27 +260,27 @@ class ExpressionParser(TokenReader, ABC):
 
     def conditional(self) -> ast.Expression:
         """`"if" expression block { "else" "if" expression block } [ "else" block ]`."""
-        start = self.token
+        start = self.position
         branches: list[tuple[ast.Expression, ast.Block]] = []
         otherwise: ast.Block | None = None
         while True:
             self.advance()
             condition = self.expression()
-            if self.token.kind != "{":
-                help = "`==` compares" if self.token.kind == "=" else "write `if condition { … }`"
+            if self.kind != "{":
+                help = "`==` compares" if self.kind == "=" else "write `if condition { … }`"
                 self.expected("`{`", help)
             branches.append((condition, self.block()))
-            if self.token.kind == "name" and self.token.value in ELSE_IF:
+            if self.kind == "name" and self.token.value in ELSE_IF:
                 word = f"`{self.token.value}` is no word of the language"
                 self.report("syntax-expected", word, self.token, help="write `else if`")
                 continue
-            if self.token.kind != "else":
+            if self.kind != "else":
                 break
             self.advance()
-            if self.token.kind == "{":
+            if self.kind == "{":
                 otherwise = self.block()
                 break
-            if self.token.kind != "if":
+            if self.kind != "if":
                 self.expected("`{` or `if` after `else`")
         return ast.If(self.span(start), tuple(branches), otherwise)
 
@@ -285,19 +288,19 @@ class ExpressionParser(TokenReader, ABC):
         """`"for" name "in" expression { "," name "in" expression } block`."""
         start = self.advance()
         variables: list[ast.LoopVariable] = []
-        if self.token.kind == "(":
+        if self.kind == "(":
             self.expected("a name after `for`", _LOOP)
         while True:
             name = self.binding_name("a name after `for`" if not variables else "a name after `,`")
             self.expect("in", help=_LOOP)
             values = self.expression()
             variables.append(
-                ast.LoopVariable(self.span(name), str(name.value), self.token_span(name), values)
+                ast.LoopVariable(self.span(name), self.name(name), self.token_span(name), values)
             )
-            if self.token.kind != ",":
+            if self.kind != ",":
                 break
             self.advance()
-        if self.token.kind != "{":
+        if self.kind != "{":
             self.expected("`{` and the loop's body", _LOOP)
         body = self.block()
         return ast.For(self.span(start), tuple(variables), body)

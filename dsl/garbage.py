@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
 
+_OBJECTS = 1_000_000
+"""So many more objects than were freed, of some 100 bytes each, are looked through at once."""
 _lock = Lock()
 _inside = 0
 _thresholds = gc.get_threshold()
@@ -22,7 +24,7 @@ def seldom_collecting() -> Iterator[None]:
     with _lock:
         if not _inside:
             _thresholds = gc.get_threshold()
-            gc.set_threshold(max(100_000, _thresholds[0]), 20, 100)
+            gc.set_threshold(max(_OBJECTS, _thresholds[0]), 20, 100)
         _inside += 1
     try:
         yield

@@ -120,7 +120,7 @@ Node = Word | Bracket
 def read_layout(text: str, limits: Limits) -> Bracket:
     r"""The file as the items of a block; it has no faults of syntax, and `\n` ends its lines."""
     source = Source("", text)
-    tokens, _ = tokenize(source, limits)
+    tokens = list(tokenize(source, limits)[0])
     file = Bracket(Word("{", "", Gap()))
     _Reader(source.encoded(), tokens).block(file)
     return file

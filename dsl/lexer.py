@@ -17,14 +17,14 @@ from dsl.diagnostics import Diagnostic
 from dsl.elsewhere import MEANT, SIGNS, WORDS
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
-from dsl.tokens import KEYWORDS, RESERVED, Token, TokenValue
+from dsl.tokens import KEYWORDS, RESERVED, Tokens, TokenValue
 
 _WORD = r"""
-    [^\S\r\n]+ | //[^\r\n]* | /\*[\s\S]*?\*/            # space
-  | \r\n? | \n
+    [()\[\]{},:+\-*%] | [=<>]=? | \.\.? | != | /(?![/*])
   | [^\W\d]\w*                                          # name
   | [0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?(?:[^\W\d]\w*)?
-  | \.\.|==|!=|<=|>=|[()\[\]{}.,:=+\-*%<>]|/(?!\*)
+  | [^\S\r\n]+ | //[^\r\n]* | /\*[\s\S]*?\*/            # space
+  | \r\n? | \n
   | "(?:[^"\\\r\n]|\\[^\r\n])*"?
   | \#\w+                                               # color
   | \#[^\r\n]*                                          # comment of another language
@@ -32,15 +32,16 @@ _WORD = r"""
   | /\*[\s\S]*                                          # comment without an end
   | [^\s\w"'`“”‘’\#;()\[\]{}.,:=+\-*/%<>]+ | [\s\S]            # what begins no word
     """
-"""A text is a row of these, without gaps."""
+"""A text is a row of these, without gaps; what is frequent comes first."""
 _ASCII = re.compile(_WORD, re.VERBOSE)
 _DIGITS = re.compile(r"[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
 _STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 _ESCAPE = re.compile(r"\\(?:u\{([0-9a-fA-F]{1,6})\}|(.))")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 _CLOSES = {")": "(", "]": "[", "}": "{"}
-_BRACKETS = frozenset("()[]{}")
 _STATEMENT_WORDS = frozenset(("let", "fn", "use", "param"))
+_LAYOUT = frozenset(("space", "newline", ".", *"()[]{}", *_STATEMENT_WORDS))
+"""The words that say, or depend on, which newline ends a statement."""
 
 _Word = tuple[str, TokenValue]
 """The kind and value of a word: those of its token, or "space"."""
@@ -54,7 +55,7 @@ _FIXED: dict[str, _Word] = {
 }
 
 
-def tokenize(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
+def tokenize(source: Source, limits: Limits) -> tuple[Tokens, list[Diagnostic]]:
     """The words of a source, the last one of kind "end", and the faults in them."""
     return _Lexer(source, limits).run()
 
@@ -91,49 +92,50 @@ class _Lexer:
         self.diagnostics: list[Diagnostic] = []
         self.faulty = False  # the word being read
         self.hash = False  # a `#` before a comment has been reported
-        self.tokens: list[Token] = []
+        self.tokens = Tokens()
         self.known = dict(_FIXED)  # the words so far: each is read once
         self.brackets: list[str] = []
         self.open = dict.fromkeys("([{", 0)  # how many of each are among the brackets
 
-    def run(self) -> tuple[list[Token], list[Diagnostic]]:
+    def run(self) -> tuple[Tokens, list[Diagnostic]]:
         text, limit = self.source.text, self.limits.source_bytes
+        tokens, known, is_ascii = self.tokens, self.known, text.isascii()
         size = _size(text)
         if size > limit:
             message = f"the source has {size} bytes, more than the limit of {limit}"
             self.fault("limit-source", message, 0, 0, help="split it into files and `use` them")
-            return [Token("end", 0, 0)], self.diagnostics
-        tokens, known, is_ascii = self.tokens, self.known, text.isascii()
-        newline: Token | None = None  # seen, but the next line may still start with a dot
-        line_start = True
+            tokens.append("end", 0, 0)
+            return tokens, self.diagnostics
+        kinds, starts, ends, values = tokens.kinds, tokens.starts, tokens.ends, tokens.values
+        broken = 0  # as many tokens as there were at the last newline that ends no statement
         end = 0
         for word in _pattern(text).findall(text):
             start, end = end, end + (len(word) if is_ascii else _size(word))
             kind, value = known.get(word) or self.read(word, start)
-            if kind == "space":
-                continue
-            if kind == "newline":
-                line_start = True
-                if newline is None and not self.in_brackets():
-                    newline = Token("newline", start, end)
-                continue
-            if line_start:
-                line_start = False
-                if newline is None and kind in _STATEMENT_WORDS:
+            if kind in _LAYOUT:
+                if kind == "space":
+                    continue
+                if kind == "newline":
+                    if self.in_brackets():
+                        broken = len(kinds)
+                    elif not kinds or kinds[-1] != "newline":
+                        tokens.append("newline", start, end)
+                    continue
+                if kind == ".":
+                    if kinds and kinds[-1] == "newline":
+                        tokens.pop()
+                elif kind not in _STATEMENT_WORDS:
+                    self.bracket(kind)
+                elif broken == len(kinds):
                     # Only a bracket that was never closed can put one of these words here: close
                     # it, so that the fault stays in its own statement.
                     self.leave_line()
-                    newline = Token("newline", start, start)
-            if newline is not None:
-                if kind != ".":
-                    tokens.append(newline)
-                newline = None
-            tokens.append(Token(kind, start, end, value))
-            if kind in _BRACKETS:
-                self.bracket(kind)
-        if newline is not None:
-            tokens.append(newline)
-        tokens.append(Token("end", size, size))
+                    tokens.append("newline", start, start)
+            kinds.append(kind)
+            starts.append(start)
+            ends.append(end)
+            values.append(value)
+        tokens.append("end", size, size)
         return tokens, self.diagnostics
 
     def fault(self, code: str, message: str, start: int, end: int, help: str | None = None) -> None:
@@ -169,10 +171,10 @@ class _Lexer:
         """A word that is not known; the same word without faults is known from here on."""
         self.faulty = False
         first = word[0]
-        if first == "_" or (first.isalnum() and not first.isdecimal()):
-            found = self.name(word, start)
-        elif first in "0123456789":
+        if first in "0123456789":
             found = self.number(word, start)
+        elif first == "_" or (first.isalnum() and not first.isdecimal()):
+            found = self.name(word, start)
         elif first == '"':
             found = self.string(word, start)
         elif first == "#":
@@ -228,7 +230,7 @@ class _Lexer:
 
     def instead_of_unit(self, digits: str, unit: str) -> str:
         """What to write in the place of a number and the letters behind it."""
-        if self.tokens and self.tokens[-1].kind in _STATEMENT_WORDS:
+        if self.tokens and self.tokens.kinds[-1] in _STATEMENT_WORDS:
             return "a name begins with a letter"
         if digits == "0" and re.fullmatch("x[0-9a-fA-F]{6}", unit):
             return f"a color is written `#{unit[1:]}`"

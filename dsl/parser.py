@@ -20,9 +20,10 @@ from dsl.lexer import tokenize
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.token_reader import Abandon, SyntaxFault
-from dsl.tokens import KEYWORDS, Token
+from dsl.tokens import KEYWORDS, Token, Tokens
 
 _LET = "write `let name = value`"
+_ENDS = ("newline", "end", "}")
 
 
 def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, list[Diagnostic]]:
@@ -32,7 +33,7 @@ def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, 
 
 
 def parse_tokens(
-    source: Source, tokens: list[Token], diagnostics: list[Diagnostic], limits: Limits
+    source: Source, tokens: Tokens, diagnostics: list[Diagnostic], limits: Limits
 ) -> ast.Module:
     """The syntax tree of a source in words; `diagnostics` receives the faults."""
     return _Parser(source, tokens, diagnostics, limits).module()
@@ -45,24 +46,24 @@ class _Parser(ExpressionParser):
         statements: list[ast.Statement] = []
         complete = True
         try:
-            while self.token.kind != "end":
+            while self.kind != "end":
                 self.statements(statements)
-                if self.token.kind == "}":
+                if self.kind == "}":
                     self.tainted = False
                     with suppress(SyntaxFault):
                         self.closes_nothing()
                     self.advance()
         except Abandon:
             complete = False
-        whole = Span(self.source, 0, self.tokens[-1].end)
+        whole = Span(self.source, 0, self.ends[-1])
         return ast.Module(self.source, ast.Block(whole, tuple(statements)), complete)
 
     def statements(self, into: list[ast.Statement]) -> None:
         """Read statements up to a closing brace or the end."""
         while True:
-            while self.token.kind == "newline" or self.is_semicolon():
+            while self.kind == "newline" or self.is_semicolon():
                 self.advance()
-            if self.token.kind in ("end", "}"):
+            if self.kind in ("end", "}"):
                 return
             self.tainted = False
             nesting = self.nesting
@@ -71,11 +72,11 @@ class _Parser(ExpressionParser):
 
     def whole_statement(self) -> ast.Statement:
         """A statement, faulty or not, up to its end."""
-        start, first = self.token, self.position
+        start = self.position
         statement: ast.Statement | None = None
         try:
             statement = self.statement()
-            if self.token.kind not in ("newline", "end", "}") and not self.is_semicolon():
+            if self.kind not in _ENDS and not self.is_semicolon():
                 self.end_of_statement_expected(statement)
         except SyntaxFault:
             self.recover(start)
@@ -85,23 +86,23 @@ class _Parser(ExpressionParser):
             if isinstance(statement, ast.Param):
                 return replace(statement, default=missing, allowed=None)
             if not isinstance(statement, ast.Definition):
-                name = self.introduced(first)
+                name = self.introduced(start)
                 if name is None:
                     return missing
-                return ast.Let(missing.span, str(name.value), self.token_span(name), missing)
+                return ast.Let(missing.span, self.name(name), self.token_span(name), missing)
         return statement
 
     def is_semicolon(self) -> bool:
         """Whether the current token ends a statement elsewhere; the first in a file is reported."""
-        if self.token.kind != "foreign" or self.token.value != ";":
+        if self.kind != "foreign" or self.token.value != ";":
             return False
         if not self.semicolon:
             self.semicolon = True
             self.foreign_sign()
         return True
 
-    def introduced(self, first: int) -> Token | None:
-        """The name that a statement of another language defines."""
+    def introduced(self, first: int) -> int | None:
+        """The place of the name that a statement of another language defines."""
         tokens, position = [*self.tokens[first : first + 5], self.tokens[-1]], 0
         while self.words(tokens[position]).removeprefix("#") in DEFINING:
             position += 1
@@ -109,9 +110,9 @@ class _Parser(ExpressionParser):
         if token.kind != "name":
             return None
         if position > 0 or following.kind == "=":
-            return token
+            return first + position
         if following.kind == "name" and tokens[position + 2].kind == "=":
-            return following
+            return first + position + 1
         return None
 
     def words(self, token: Token) -> str:
@@ -120,7 +121,7 @@ class _Parser(ExpressionParser):
 
     def end_of_statement_expected(self, statement: ast.Statement) -> NoReturn:
         help = "each statement has a line of its own"
-        before = self.tokens[self.position - 1]
+        before = self.before
         word = statement.base if isinstance(statement, ast.Chain) else statement
         for node in (word, statement.value if isinstance(statement, ast.Let) else None):
             if isinstance(node, ast.Name) and node.name in WORDS:
@@ -128,30 +129,30 @@ class _Parser(ExpressionParser):
                 self.report("syntax-expected", message, node.span, help=WORDS[node.name])
                 raise SyntaxFault
         near = before.kind == "name" and did_you_mean(str(before.value), KEYWORDS)
-        if near and self.token.kind == "name":
+        if near and self.kind == "name":
             help = near
-        elif self.token.kind == "=":
+        elif self.kind == "=":
             help = "`==` compares; `let name = value` names a value"
-        elif self.token.kind in ("{", "name") and before.kind == ")":
+        elif self.kind in ("{", "name") and before.kind == ")":
             help = "each statement has its own line; a map follows its object: `sphere().scale(2)`"
-        elif self.token.kind == "{":
+        elif self.kind == "{":
             help = "a call is written `name(…)`, and a function defined by `fn name(…) { … }`"
-        elif self.token.kind == "if":
+        elif self.kind == "if":
             help = "write `if condition { a } else { b }`"
-        elif self.token.kind == ":":
+        elif self.kind == ":":
             help = "an argument is named in round brackets: `call(name: value)`"
-        elif self.token.kind == "else":
+        elif self.kind == "else":
             help = "put `else` on the line of the `}` before it"
-        elif self.token.kind == ",":
+        elif self.kind == ",":
             help = "items stand in brackets: `[a, b]` is a list, `(x, y, z)` a vector"
         elif isinstance(statement, ast.Unary) and isinstance(statement.operand, ast.Unary):
             help = "comments begin with `//`"
-        elif self.token.kind in (")", "]"):
+        elif self.kind in (")", "]"):
             self.closes_nothing()
         self.expected("the end of the statement", help)
 
     def statement(self) -> ast.Statement:
-        match self.token.kind:
+        match self.kind:
             case "let":
                 return self.let()
             case "fn":
@@ -168,14 +169,14 @@ class _Parser(ExpressionParser):
         start = self.advance()
         name = self.binding_name("a name after `let`")
         try:
-            if self.token.kind == "-":
+            if self.kind == "-":
                 self.expected("`=`", "a name has letters, digits and `_`, and no `-`")
             self.expect("=", help=_LET)
             value = self.expression()
         except SyntaxFault:
             self.recover(start)
             value = ast.Missing(self.span(start))
-        return ast.Let(self.span(start), str(name.value), self.token_span(name), value, doc)
+        return ast.Let(self.span(start), self.name(name), self.token_span(name), value, doc)
 
     def function(self) -> ast.Statement:
         doc = self.documentation()
@@ -186,42 +187,42 @@ class _Parser(ExpressionParser):
         try:
             opener = self.expect("(", help="write `fn name(parameters) { … }`")
             parameters = self.sequence(opener, ")", "parameter", self.parameter)
-            if self.token.kind != "{":
+            if self.kind != "{":
                 self.expected("`{` and the function's body", "write `fn name(parameters) { … }`")
             body = self.block()
         except SyntaxFault:
             self.recover(start)
         return ast.Function(
-            self.span(start), str(name.value), self.token_span(name), tuple(parameters), body, doc
+            self.span(start), self.name(name), self.token_span(name), tuple(parameters), body, doc
         )
 
     def parameter(self) -> ast.Parameter:
         doc = self.documentation()
         name = self.binding_name("a parameter's name")
         default = None
-        if self.token.kind == "=":
+        if self.kind == "=":
             self.advance()
             default = self.expression()
-        elif self.token.kind == ":":
+        elif self.kind == ":":
             self.expected("`,` or `)`", "parameters have no types; a default is `name = value`")
-        return ast.Parameter(self.span(name), str(name.value), self.token_span(name), default, doc)
+        return ast.Parameter(self.span(name), self.name(name), self.token_span(name), default, doc)
 
     def use(self) -> ast.Statement:
         doc = self.documentation()
         start = self.advance()
         path: ast.String | None = None
-        if self.token.kind == "string":
-            token = self.advance()
-            path = ast.String(self.token_span(token), str(token.value))
-        elif self.token.kind == "fault":
+        if self.kind == "string":
+            place = self.advance()
+            path = ast.String(self.token_span(place), str(self.values[place]))
+        elif self.kind == "fault":
             self.advance()
         else:
             self.expected("a file's name", 'write `use "file.ovo" as name`')
-        if self.token.kind != "as":
+        if self.kind != "as":
             self.expected("`as` and a name", 'write `use "file.ovo" as name`')
         self.advance()
         name = self.binding_name("a name after `as`")
-        return ast.Use(self.span(start), path, str(name.value), self.token_span(name), doc)
+        return ast.Use(self.span(start), path, self.name(name), self.token_span(name), doc)
 
     def param(self) -> ast.Statement:
         doc = self.documentation()
@@ -230,7 +231,7 @@ class _Parser(ExpressionParser):
             self.report(
                 "syntax-param-place",
                 "a `param` stands at the top of a file, not in a block",
-                start,
+                self.token_span(start),
                 help="move it out of the block, or write `let`",
             )
         name = self.binding_name("a name after `param`")
@@ -239,13 +240,13 @@ class _Parser(ExpressionParser):
         try:
             self.expect("=", help="write `param name = default` or `param name = default in 0..1`")
             default = self.expression()
-            if self.token.kind == "in":
+            if self.kind == "in":
                 self.advance()
                 allowed = self.expression()
         except SyntaxFault:
             self.recover(start)
         return ast.Param(
-            self.span(start), str(name.value), self.token_span(name), default, allowed, doc
+            self.span(start), self.name(name), self.token_span(name), default, allowed, doc
         )
 
     def block(self) -> ast.Block:
@@ -253,13 +254,16 @@ class _Parser(ExpressionParser):
         self.deeper(start)
         statements: list[ast.Statement] = []
         self.statements(statements)
-        if self.token.kind == "}":
+        if self.kind == "}":
             self.advance()
         elif not self.unclosed:
             self.tainted = False
             self.unclosed = True  # the blocks around it lack the same brace
             self.report(
-                "syntax-unclosed", "this `{` is never closed", start, help="add a `}` for it"
+                "syntax-unclosed",
+                "this `{` is never closed",
+                self.token_span(start),
+                help="add a `}` for it",
             )
         self.nesting -= 1
         return ast.Block(self.span(start), tuple(statements))

@@ -15,7 +15,7 @@ from dsl.elsewhere import ELSE_BEGINNINGS, MEANT, SIGNS, instead_of
 from dsl.lexer import unexpected
 from dsl.slips import DIVISION, begins_division
 from dsl.spans import Source, Span
-from dsl.tokens import KEYWORDS, Token, describe
+from dsl.tokens import KEYWORDS, Token, Tokens, describe
 
 _Item = TypeVar("_Item")
 _SIGN = re.compile(b"|".join(re.escape(sign.encode()) for sign in sorted(SIGNS, key=len)[::-1]))
@@ -30,61 +30,82 @@ class Abandon(Exception):
 
 
 class TokenReader:
-    """Tokens with a position; a statement reports its first fault only."""
+    """Tokens with a position; a statement reports its first fault only.
+
+    Places are numbers of tokens: a `Token` is made only to tell of it.
+    """
 
     def __init__(
-        self, source: Source, tokens: list[Token], diagnostics: list[Diagnostic], limits: Limits
+        self, source: Source, tokens: Tokens, diagnostics: list[Diagnostic], limits: Limits
     ) -> None:
         self.source = source
         self.tokens = tokens
+        self.kinds, self.values = tokens.kinds, tokens.values
+        self.starts, self.ends = tokens.starts, tokens.ends
         self.diagnostics = diagnostics
         self.limits = limits
         self.position = 0
-        self.token = tokens[0]
         self.encoded = source.encoded()
         self.nesting = 0
         self.tainted = False  # a fault in this statement has been reported
         self.unclosed = False  # so has a block that reaches the end of the file
         self.refused: set[str] = set()  # words that were to be names
 
-    def advance(self) -> Token:
-        """The current token; the next one comes into view."""
-        token = self.token
-        if token.kind == "fault":
+    @property
+    def kind(self) -> str:
+        """The kind of the current token."""
+        return self.kinds[self.position]
+
+    @property
+    def token(self) -> Token:
+        """The current token."""
+        return self.tokens[self.position]
+
+    @property
+    def before(self) -> Token:
+        """The token before the current one, if there is one."""
+        return self.tokens[self.position - 1]
+
+    def advance(self) -> int:
+        """The place of the current token; the next one comes into view."""
+        place = self.position
+        if self.kinds[place] == "fault":
             self.tainted = True
-        if token.kind != "end":
+        if self.kinds[place] != "end":
             self.position += 1
-            self.token = self.tokens[self.position]
-        return token
+        return place
 
     def next_kind(self) -> str:
         """The kind of the token after the current."""
-        return "end" if self.token.kind == "end" else self.tokens[self.position + 1].kind
+        return self.kinds[min(self.position + 1, len(self.kinds) - 1)]
 
-    def span(self, start: Token) -> Span:
+    def name(self, place: int) -> str:
+        """The word of a name, or of a keyword that stands for one."""
+        return str(self.values[place] or self.kinds[place])
+
+    def span(self, first: int) -> Span:
         """From a token to the one before the current."""
-        first = start.start
-        last = self.tokens[self.position - 1].end if self.position else start.end
-        return Span(self.source, first, last if last > first else first)
+        start = self.starts[first]
+        end = self.ends[self.position - 1] if self.position else self.ends[first]
+        return Span(self.source, start, end if end > start else start)
 
-    def token_span(self, token: Token) -> Span:
-        """The place of a token."""
-        return Span(self.source, token.start, token.end)
+    def token_span(self, place: int) -> Span:
+        """The place of a token in the text."""
+        return Span(self.source, self.starts[place], self.ends[place])
 
     def documentation(self) -> str:
         """The text of the `///` lines directly above the current token."""
-        before = self.tokens[self.position - 1] if self.position else None
-        begins_line = before is None or before.kind == "newline"
+        begins_line = not self.position or self.before.kind == "newline"
         # The first newline of a file comes after its first comment.
-        start = 0 if before is None or (begins_line and self.position == 1) else before.end
-        between = self.encoded[start : self.token.start]
+        first = not self.position or (begins_line and self.position == 1)
+        between = self.encoded[0 if first else self.before.end : self.starts[self.position]]
         if b"///" not in between:
             return ""
         return documentation(between.decode("utf-8", "surrogatepass"), begins_line)
 
     def skip_newlines(self) -> None:
         """Go on to the next line with words."""
-        while self.token.kind == "newline":
+        while self.kind == "newline":
             self.advance()
 
     def report(
@@ -99,7 +120,9 @@ class TokenReader:
     ) -> None:
         """Report a fault, unless this statement has had one."""
         if not self.tainted:
-            span = place if isinstance(place, Span) else self.token_span(place)
+            span = place
+            if isinstance(span, Token):
+                span = Span(self.source, span.start, span.end)
             self.diagnostics.append(
                 diagnostic(code, message, span, text, help=help, secondary=secondary)
             )
@@ -111,11 +134,11 @@ class TokenReader:
         self, what: str, help: str | None = None, secondary: tuple[Label, ...] = ()
     ) -> NoReturn:
         """Give up the statement because something else is due here."""
-        if self.token.kind == "fault" or (self.token.kind in MEANT.values() and self.token.value):
+        if self.kind == "fault" or (self.kind in MEANT.values() and self.token.value):
             self.tainted = True
         self.foreign_sign()
         place = self.token
-        if place.value in UNITS and self.tokens[self.position - 1].kind == "number":
+        if place.value in UNITS and self.before.kind == "number":
             help = f"write the unit directly after the number, as in `40{place.value}`"
         last = self.tokens[self.position - 1].end if self.position else 0
         if place.kind in ("newline", "end") and begins_division(self.encoded, last):
@@ -133,13 +156,12 @@ class TokenReader:
 
     def foreign_sign(self) -> None:
         """Report the sign of another language that the current token is, or is a part of."""
-        if self.token.kind == "foreign":
+        if self.kind == "foreign":
             words = str(self.token.value)
             message = unexpected(words)
             self.report("syntax-unexpected-character", message, self.token, help=instead_of(words))
             return
-        before = self.tokens[self.position - 1] if self.position else self.token
-        for first in (before, self.token):
+        for first in (self.before if self.position else self.token, self.token):
             sign = _SIGN.match(self.encoded, first.start)
             if sign is not None and first.end < sign.end() >= self.token.end:
                 span = Span(self.source, *sign.span())
@@ -147,30 +169,28 @@ class TokenReader:
                 message = f"`{words}` is no sign of the language"
                 self.report("syntax-expected", message, span, help=SIGNS[words])
 
-    def expect(self, kind: str, help: str | None = None) -> Token:
-        """The current token, which is to be of that kind."""
-        if self.token.kind != kind:
+    def expect(self, kind: str, help: str | None = None) -> int:
+        """The place of the current token, which is to be of that kind."""
+        if self.kind != kind:
             self.expected(f"`{kind}`", help)
         return self.advance()
 
     def closes_nothing(self) -> NoReturn:
         """Give up the statement because of a closing bracket."""
-        kind = self.token.kind
-        message = f"this `{kind}` closes nothing"
+        message = f"this `{self.kind}` closes nothing"
         self.report("syntax-unmatched", message, self.token, help="remove it, or open the bracket")
         raise SyntaxFault
 
-    def recover(self, start: Token) -> None:
+    def recover(self, start: int) -> None:
         """Skip to the end of the statement that begins there.
 
         That is a newline or the brace that closes the block. After a colon at the end of a line the
         lines that stand further to the right belong to the statement, as they do in Python.
         """
         depth = 0
-        while self.token.kind != "end":
-            kind = self.token.kind
+        while (kind := self.kind) != "end":
             if depth == 0 and kind in ("newline", "}", ";"):
-                if kind == "newline" and self.tokens[self.position - 1].kind == ":":
+                if kind == "newline" and self.before.kind == ":":
                     self.skip_indented(self.column(start))
                 return
             if kind in ("(", "[", "{"):
@@ -181,37 +201,37 @@ class TokenReader:
 
     def skip_indented(self, margin: int) -> None:
         """Skip the lines further to the right, and an `else` among them with its own."""
-        while self.token.kind == "newline":
+        while self.kind == "newline":
             token = self.tokens[self.position + 1]
             word = token.value if token.kind == "name" else token.kind
-            column = self.column(token)
+            column = self.column(self.position + 1)
             if token.kind == "end" or column < margin:
                 return
             if column == margin and word not in ELSE_BEGINNINGS:
                 return
             self.advance()
-            while self.token.kind not in ("newline", "end"):
+            while self.kind not in ("newline", "end"):
                 self.advance()
 
-    def column(self, token: Token) -> int:
+    def column(self, place: int) -> int:
         """The bytes before a token on its line."""
-        newline = max(self.encoded.rfind(mark, 0, token.start) for mark in (b"\n", b"\r"))
-        return token.start - newline - 1
+        start = self.starts[place]
+        return start - max(self.encoded.rfind(mark, 0, start) for mark in (b"\n", b"\r")) - 1
 
-    def deeper(self, token: Token) -> None:
+    def deeper(self, place: int) -> None:
         """Enter a bracket, block or prefix; `nesting` goes back by one at its end."""
         self.nesting += 1
         if self.nesting > self.limits.nesting:
             self.report(
                 "limit-nesting",
                 f"more than {self.limits.nesting} brackets, blocks or prefixes within one another",
-                token,
+                self.token_span(place),
                 help="name the inner parts with `let`",
             )
             raise Abandon
 
-    def binding_name(self, what: str) -> Token:
-        """A name that is being defined."""
+    def binding_name(self, what: str) -> int:
+        """The place of a name that is being defined."""
         token = self.token
         if token.kind == "name":
             return self.advance()
@@ -227,41 +247,44 @@ class TokenReader:
         return self.expected(what)
 
     def sequence(
-        self, opener: Token, closer: str, what: str, item: Callable[[], _Item]
+        self, opener: int, closer: str, what: str, item: Callable[[], _Item]
     ) -> list[_Item]:
         """Items between brackets, separated by commas; the last may be followed by one."""
         self.deeper(opener)
         items: list[_Item] = []
-        while self.token.kind != closer:
-            if self.token.kind == ",":
+        kinds = self.kinds
+        while kinds[self.position] != closer:
+            if kinds[self.position] == ",":
                 self.expected(f"an {what}" if what[0] in "aeiou" else f"a {what}")
             items.append(item())
-            if self.token.kind != ",":
+            if kinds[self.position] != ",":
                 break
-            self.advance()
+            self.position += 1
         self.close(opener, closer, f"`,` or `{closer}`")
         return items
 
     def begins_line(self) -> bool:
         """Whether a newline is between the token before and the current."""
-        start = self.tokens[self.position - 1].end if self.position else 0
-        return any(mark in self.encoded[start : self.token.start] for mark in b"\r\n")
+        start = self.ends[self.position - 1] if self.position else 0
+        between = self.encoded[start : self.starts[self.position]]
+        return any(mark in between for mark in b"\r\n")
 
-    def close(self, opener: Token, closer: str, expected: str = "") -> None:
+    def close(self, opener: int, closer: str, expected: str = "") -> None:
         """The end of a bracket."""
-        kind = self.token.kind
+        kind = self.kinds[self.position]
         if kind != closer:
-            label = Label(self.token_span(opener), f"this `{opener.kind}` is open")
+            word = self.kinds[opener]
+            label = Label(self.token_span(opener), f"this `{word}` is open")
             if kind in ("newline", "end", "let", "fn", "use", "param", "}"):
                 self.report(
                     "syntax-unclosed",
-                    f"this `{opener.kind}` is never closed",
-                    opener,
+                    f"this `{word}` is never closed",
+                    self.token_span(opener),
                     help=f"add a `{closer}` for it",
                 )
                 raise SyntaxFault
             help = None
-            before = self.tokens[self.position - 1]
+            before = self.before
             if kind == "if":
                 help = "write `if condition { a } else { b }`"
             elif kind == "for":
@@ -276,5 +299,5 @@ class TokenReader:
             elif expected and self.begins_line():
                 help = f"close the bracket with `{closer}`, or separate the items with `,`"
             self.expected(expected or f"`{closer}`", help, secondary=(label,))
-        self.advance()
+        self.position += 1
         self.nesting -= 1

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import overload
+
 from dsl.records import node
 
 KEYWORDS = frozenset(
@@ -44,6 +47,43 @@ class Token:
     start: int
     end: int
     value: TokenValue = None
+
+
+class Tokens(Sequence[Token]):
+    """The words of a source in columns: most are read, and few looked at as a `Token`."""
+
+    __slots__ = ("ends", "kinds", "starts", "values")
+
+    def __init__(self) -> None:
+        self.kinds: list[str] = []
+        self.starts: list[int] = []
+        self.ends: list[int] = []
+        self.values: list[TokenValue] = []
+
+    def append(self, kind: str, start: int, end: int, value: TokenValue = None) -> None:
+        """Add a word."""
+        self.kinds.append(kind)
+        self.starts.append(start)
+        self.ends.append(end)
+        self.values.append(value)
+
+    def pop(self) -> None:
+        """Take the last word away."""
+        for column in (self.kinds, self.starts, self.ends, self.values):
+            column.pop()
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    @overload
+    def __getitem__(self, place: int) -> Token: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Token]: ...
+    def __getitem__(self, place: int | slice) -> Token | list[Token]:
+        if isinstance(place, slice):
+            return [self[each] for each in range(*place.indices(len(self)))]
+        kind, start = self.kinds[place], self.starts[place]
+        return Token(kind, start, self.ends[place], self.values[place])
 
 
 def describe(token: Token) -> str:

@@ -31,8 +31,9 @@ class Program:
     def __init__(self, path: str, text: str) -> None:
         self.path = path
         self.source = Source(path, text)
-        self.tokens, self.faults = tokenize(self.source, DEFAULT_LIMITS)
-        self.module = parse_tokens(self.source, self.tokens, self.faults, DEFAULT_LIMITS)
+        tokens, self.faults = tokenize(self.source, DEFAULT_LIMITS)
+        self.module = parse_tokens(self.source, tokens, self.faults, DEFAULT_LIMITS)
+        self.tokens = list(tokens)
         # What has been found out about it, and from which versions of the files that it uses.
         self.remembered: tuple[tuple[Program, ...], Any] | None = None
 
