@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -21,24 +21,43 @@ Form = Callable[[], str]
 """Help that shows how a function is called."""
 
 
-class Given(NamedTuple):
-    """An argument and its value."""
+Arguments = Sequence[ast.Argument]
 
-    argument: ast.Argument
-    value: Value
+
+class _Way(NamedTuple):
+    """How arguments go to a signature's parameters: each has the place of its argument, or -1.
+
+    `rest` are the places of those beyond the parameters. Without `parameters` one fits nowhere.
+    """
+
+    signature: Signature
+    parameters: tuple[tuple[Parameter, int], ...] | None
+    rest: range
 
 
 @dataclass(slots=True)
 class Site:
     """Where a builtin is called: what its objects and its faults point to.
 
-    `files` are those that it may read; `expressions` are the arguments by parameter.
+    `files` are those that it may read; `in_lanes` says that `arguments` may differ between lanes.
     """
 
     name: str
     span: Span
     files: Files
-    expressions: dict[str, ast.Expression] = field(default_factory=dict)
+    arguments: Arguments
+    in_lanes: bool
+    way: _Way | None = None
+
+    @property
+    def expressions(self) -> dict[str, ast.Expression]:
+        """The arguments by parameter."""
+        parameters = self.way.parameters if self.way is not None else None
+        return {
+            parameter.name: self.arguments[place].value
+            for parameter, place in parameters or ()
+            if place >= 0
+        }
 
     @property
     def folder(self) -> str:
@@ -54,44 +73,65 @@ class Site:
 
 
 def assign(
-    name: str, parameters: Sequence[str], given: Sequence[Given], form: Form
-) -> dict[str, Given]:
-    """The argument for each parameter that has one; faults for those that fit nowhere."""
-    named = bool(given) and given[-1].argument.name is not None  # those without a name come first
-    if len(given) <= len(parameters) and not named:
-        return dict(zip(parameters, given, strict=False))
-    taken: dict[str, Given] = {}
-    positional = [item for item in given if item.argument.name is None]
+    name: str, parameters: tuple[str, ...], arguments: Arguments, form: Form
+) -> Sequence[int]:
+    """The place of the argument for each parameter, or -1; a fault for one that fits nowhere."""
+    places = _places(parameters, tuple([argument.name for argument in arguments]), range(0))
+    if places is None:
+        raise _misfit(name, parameters, arguments, form)
+    return places
+
+
+@lru_cache(maxsize=1024)
+def _places(
+    parameters: tuple[str, ...], words: tuple[str | None, ...], rest: range
+) -> tuple[int, ...] | None:
+    """`assign` for arguments with these names, or without; None if one fits nowhere."""
+    taken: dict[str, int] = {}
+    for place, word in enumerate(words):
+        if place in rest:
+            continue
+        if word is None and place < len(parameters):  # those without a name come first
+            word = parameters[place]
+        if word is None or word not in parameters or word in taken:
+            return None
+        taken[word] = place
+    return tuple(taken.get(parameter, -1) for parameter in parameters)
+
+
+def _misfit(name: str, parameters: Sequence[str], arguments: Arguments, form: Form) -> Fault:
+    """The fault of the first argument that fits nowhere."""
+    positional = [argument for argument in arguments if argument.name is None]
     if len(positional) > len(parameters):
         count = len(parameters)
-        raise Fault(
+        return Fault(
             "type-too-many-arguments",
             f"`{name}` takes {count or 'no'} argument{'' if count == 1 else 's'}, "
             f"not {len(positional)}",
-            positional[count].argument.span,
+            positional[count].span,
             help=form(),
         )
-    taken.update(zip(parameters, positional, strict=False))
-    for item in given:
-        word, place = item.argument.name, item.argument.name_span
+    taken = dict(zip(parameters, positional, strict=False))
+    for argument in arguments:
+        word, place = argument.name, argument.name_span
         if word is None or place is None:
             continue
         if word not in parameters:
-            raise Fault(
+            return Fault(
                 "name-unknown-parameter",
                 f"`{name}` has no parameter `{word}`",
                 place,
                 help=did_you_mean(word, parameters) or _abbreviated(word, parameters) or form(),
             )
         if word in taken:
-            raise Fault(
+            return Fault(
                 "type-argument-twice",
                 f"`{word}` is given twice",
                 place,
-                secondary=(Label(taken[word].argument.span, "given here already"),),
+                secondary=(Label(taken[word].span, "given here already"),),
             )
-        taken[word] = item
-    return taken
+        taken[word] = argument
+    raise AssertionError("an argument that fits nowhere has a fault")
 
 
 def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
@@ -100,62 +140,70 @@ def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
     return f"did you mean `{whole[0]}`?" if len(whole) == 1 else None
 
 
-def call_builtin(builtin: Builtin, given: Sequence[Given], site: Site) -> Value:
-    """Convert the arguments and call; Fault if they do not fit, Poisoned if one is faulty."""
-    words = []
-    for item in given:
-        if item.value is POISON:
+def call_builtin(builtin: Builtin, given: Sequence[Value], site: Site) -> Value:
+    """Convert the arguments, of which these are the values, and call.
+
+    Fault if they do not fit, Poisoned if one is faulty.
+    """
+    for value in given:
+        if value is POISON:
             raise Poisoned
-        words.append(item.argument.name)
-    signature, names = _choose(builtin, tuple(words))
-    rest: list[Given] = []
-    if signature.rest is not None:
-        count = sum(item.argument.name is None for item in given)
-        rest = [*given[len(names) : count]]  # arguments without a name come first
-        given = [*given[: len(names)], *given[max(count, len(names)) :]]
-
-    def form() -> str:
-        forms = (_form(builtin.name, each) for each in builtin.signatures)
-        return f"it is called as {' or '.join(forms)}"
-
-    if len(builtin.signatures) > 1:
-        _check_together(builtin, names, given)
-    taken = assign(builtin.name, names, given, form)
+    arguments = site.arguments
+    site.way = way = _choose(builtin, tuple([argument.name for argument in arguments]))
+    signature = way.signature
+    if way.parameters is None:
+        raise _unplaced(builtin, way, arguments)
     values: list[Any] = []
-    for parameter in signature.parameters:
-        if (found := taken.get(parameter.name)) is not None:
-            site.expressions[parameter.name] = found.argument.value
-            value = parameter.kind.convert(found.value)
+    for parameter, place in way.parameters:
+        if place >= 0:
+            value = parameter.kind.convert(given[place])
             if value is None:
-                help = form if _may_be_misplaced(builtin, found) else None
-                raise _unfit(parameter, found, help)
+                argument = arguments[place]
+                unfit = _unfit(parameter, argument, given[place])
+                raise _with_form(unfit, builtin) if _may_be_misplaced(builtin, argument) else unfit
             values.append(value)
         elif parameter.required:
             raise Fault(
                 "type-missing-argument",
                 f"`{builtin.name}` needs `{parameter.name}`",
                 site.span,
-                help=form(),
+                help=_forms(builtin),
             )
         else:
             values.append(parameter.default)
     if signature.rest is not None:
-        values.append(tuple(_rest(Parameter(builtin.name, signature.rest), rest)))
-    if signature.lanes or not any(map(varies, values)):
+        parameter = Parameter(builtin.name, signature.rest)
+        rest = ((arguments[place], given[place]) for place in way.rest)
+        values.append(tuple(_rest(parameter, rest)))
+    if not site.in_lanes or signature.lanes or not any(map(varies, values)):
         result: Value = signature.function(site, *values)
         return result
     return each(partial(signature.function, site), values)  # type: ignore[no-any-return]
 
 
-def _may_be_misplaced(builtin: Builtin, item: Given) -> bool:
+def _unplaced(builtin: Builtin, way: _Way, arguments: Arguments) -> Fault:
+    """The fault of arguments one of which fits nowhere."""
+    names = [parameter.name for parameter in way.signature.parameters]
+    arguments = [argument for place, argument in enumerate(arguments) if place not in way.rest]
+    together = _together(builtin, names, arguments) if len(builtin.signatures) > 1 else None
+    return together or _misfit(builtin.name, names, arguments, partial(_forms, builtin))
+
+
+def _forms(builtin: Builtin) -> str:
+    """Help that shows the ways to call a builtin."""
+    forms = (_form(builtin.name, signature) for signature in builtin.signatures)
+    return f"it is called as {' or '.join(forms)}"
+
+
+def _may_be_misplaced(builtin: Builtin, argument: ast.Argument) -> bool:
     """Whether an argument of the wrong type may have been meant for another parameter."""
     several = len(builtin.signatures[0].parameters) > 1
-    return len(builtin.signatures) > 1 or (several and item.argument.name is None)
+    return len(builtin.signatures) > 1 or (several and argument.name is None)
 
 
-def _check_together(builtin: Builtin, names: Sequence[str], given: Sequence[Given]) -> None:
-    """A fault for two arguments that belong to two ways of calling a function."""
-    labels = {item.argument.name: item.argument for item in given}
+def _together(builtin: Builtin, names: Sequence[str], arguments: Arguments) -> Fault | None:
+    """The fault of two arguments that belong to two ways of calling a function."""
+    labels = {argument.name: argument for argument in arguments}
     for word, argument in labels.items():
         if word is None or word in names:
             continue
@@ -163,44 +211,52 @@ def _check_together(builtin: Builtin, names: Sequence[str], given: Sequence[Give
             others = [parameter.name for parameter in signature.parameters]
             rival = next((n for n in labels if n is not None and n not in others), None)
             if word in others and rival is not None:
-                raise Fault(
+                return Fault(
                     "name-unknown-parameter",
                     f"`{builtin.name}` takes `{rival}` or `{word}`, not both",
                     argument.name_span or argument.span,
                     secondary=(Label(labels[rival].span, "given here"),),
                 )
+    return None
 
 
-def _rest(parameter: Parameter, given: Sequence[Given]) -> Iterator[Any]:
+def _rest(parameter: Parameter, given: Iterable[tuple[ast.Argument, Value]]) -> Iterator[Any]:
     """The Python values of arguments beyond the parameters."""
-    for item in given:
-        value = parameter.kind.convert(item.value)
+    for argument, found in given:
+        value = parameter.kind.convert(found)
         if value is None:
-            raise _unfit(parameter, item, None, "an argument of ")
+            raise _unfit(parameter, argument, found, "an argument of ")
         yield value
 
 
-def _unfit(parameter: Parameter, item: Given, form: Form | None, of: str = "") -> Fault:
-    """The fault of an argument of another kind; `form` helps where there are more ways to call."""
+def _unfit(parameter: Parameter, argument: ast.Argument, value: Value, of: str = "") -> Fault:
+    """The fault of an argument of another kind."""
     subject = f"{of}`{parameter.name}`"
-    fault = mismatch(subject, parameter.kind.name, item.value, item.argument.value)
-    if parameter.kind is VECTOR3 and isinstance(item.value, float) and item.argument.name:
-        word = source_text(item.argument.value.span)[:20]
+    fault = mismatch(subject, parameter.kind.name, value, argument.value)
+    if parameter.kind is VECTOR3 and isinstance(value, float) and argument.name:
+        word = source_text(argument.value.span)[:20]
         help = f"a vector has brackets of its own: `({word}, {word}, {word})`"
         fault.diagnostic = replace(fault.diagnostic, help=help)
-    if fault.diagnostic.help is None and form is not None:
-        fault.diagnostic = replace(fault.diagnostic, help=form())
+    return fault
+
+
+def _with_form(fault: Fault, builtin: Builtin) -> Fault:
+    """The fault, with the ways to call the builtin for want of other help."""
+    if fault.diagnostic.help is None:
+        fault.diagnostic = replace(fault.diagnostic, help=_forms(builtin))
     return fault
 
 
 @lru_cache(maxsize=1024)
-def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> tuple[Signature, list[str]]:
-    """The first signature that arguments with these names, or without, fit; else the nearest.
-
-    With it the names of its parameters.
-    """
+def _choose(builtin: Builtin, given: tuple[str | None, ...]) -> _Way:
+    """The first signature that arguments with these names, or without, fit; else the nearest."""
     signature = _fitting(builtin, given)
-    return signature, [parameter.name for parameter in signature.parameters]
+    names = tuple(parameter.name for parameter in signature.parameters)
+    rest = range(len(names), given.count(None)) if signature.rest is not None else range(0)
+    places = _places(names, given, rest)
+    if places is None:
+        return _Way(signature, None, rest)
+    return _Way(signature, tuple(zip(signature.parameters, places, strict=True)), rest)
 
 
 def _fitting(builtin: Builtin, given: tuple[str | None, ...]) -> Signature:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dsl import ast, batches, scene
-from dsl.calls import Given, Site, assign, call_builtin
+from dsl.calls import Site, assign, call_builtin
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
@@ -44,9 +44,10 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
             and not isinstance(value, File)
         ):
             next(suffixes)
-            given = yield from _arguments(run, following, scope)
-            site = _site(run, suffix.name, node.span)
-            if movable(value) and (builtin := PLACE.get(suffix.name)) is not None:
+            given = yield from _values(run, following, scope)
+            site = _site(run, suffix.name, node.span, following)
+            builtin = PLACE.get(suffix.name)
+            if builtin is not None and movable(value):
                 transform = call_builtin(builtin, given, site)
                 assert isinstance(transform, scene.Transform)
                 steps = [] if steps is None else steps
@@ -62,6 +63,12 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
             continue
         value, steps = _placed(run, value, steps, node.span), None
         match suffix:
+            case ast.Call():
+                given = yield from _values(run, suffix, scope)
+                span = node.span
+                if following is not None:
+                    span = Span(span.source, span.start, suffix.span.end)
+                value = yield from _call(run, value, name, given, suffix, span)
             case ast.Member() if isinstance(value, File):
                 value, name = file_member(value, suffix), suffix.name
             case ast.Member():
@@ -69,12 +76,6 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
             case ast.Index():
                 index = yield suffix.index, scope
                 value = item(value, index, suffix)
-            case ast.Call():
-                given = yield from _arguments(run, suffix, scope)
-                span = node.span
-                if following is not None:
-                    span = Span(span.source, span.start, suffix.span.end)
-                value = yield from _call(run, value, name, given, suffix, span)
     return _placed(run, value, steps, node.span)
 
 
@@ -92,32 +93,32 @@ def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) 
     return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
 
 
-def _arguments(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Given]]:
-    given = []
+def _values(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Value]]:
+    """The values of a call's arguments."""
+    values: list[Value] = []
     for argument in call.arguments:
-        value: Value
-        if type(argument.value) in LEAVES:
-            value = run.leaf(argument.value, scope)
+        expression = argument.value
+        if type(expression) in LEAVES:
+            values.append(run.leaf(expression, scope))
         else:
-            value = yield argument.value, scope
-        given.append(Given(argument, value))
-    return given
+            values.append((yield expression, scope))
+    return values
 
 
-def _site(run: Run, name: str, span: Span) -> Site:
-    return Site(name, span, run.files)
+def _site(run: Run, name: str, span: Span, call: ast.Call) -> Site:
+    return Site(name, span, run.files, call.arguments, run.lanes is not None)
 
 
 def _call(
-    run: Run, value: Value, name: str, given: list[Given], call: ast.Call, span: Span
+    run: Run, value: Value, name: str, given: list[Value], call: ast.Call, span: Span
 ) -> Task:
     """The value of a call; `span` is the text from the start of the chain."""
     match value:
         case Builtin():
-            result = call_builtin(value, given, _site(run, name, span))
+            result = call_builtin(value, given, _site(run, name, span, call))
             return run.made(result, span) if isinstance(result, scene.Node) else result
         case Closure():
-            return (yield from _call_closure(run, value, given, span))
+            return (yield from _call_closure(run, value, given, call, span))
         case _:
             callee = Span(span.source, span.start, call.span.start)
             raise Fault(
@@ -145,20 +146,22 @@ def _instead_of_call(value: Value) -> str:
     return "only functions can be called"
 
 
-def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) -> Task:
+def _call_closure(
+    run: Run, closure: Closure, given: list[Value], call: ast.Call, span: Span
+) -> Task:
     definition = closure.definition
-    if definition.body is None or any(each.value is POISON for each in given):
+    if definition.body is None or any(value is POISON for value in given):
         raise Poisoned
-    names = [parameter.name for parameter in definition.parameters]
+    names = tuple([parameter.name for parameter in definition.parameters])
 
     def form() -> str:
         words = (p.name if p.default is None else f"{p.name}: {source_text(p.default.span)}"
                  for p in definition.parameters)  # fmt: skip
         return f"it is called as `{definition.name}({', '.join(words)})`"
 
-    taken = assign(definition.name, names, given, form)
-    for parameter in definition.parameters:
-        if parameter.default is None and parameter.name not in taken:
+    places = assign(definition.name, names, call.arguments, form)
+    for parameter, place in zip(definition.parameters, places, strict=True):
+        if parameter.default is None and place < 0:
             raise Fault(
                 "type-missing-argument",
                 f"`{definition.name}` needs `{parameter.name}`",
@@ -174,9 +177,9 @@ def _call_closure(run: Run, closure: Closure, given: list[Given], span: Span) ->
     run.depth += 1
     run.context.append(Label(span, f"in this call of `{definition.name}`"))
     try:
-        for parameter in definition.parameters:
-            if parameter.name in taken:
-                value = taken[parameter.name].value
+        for parameter, place in zip(definition.parameters, places, strict=True):
+            if place >= 0:
+                value = given[place]
             else:
                 assert parameter.default is not None
                 value = yield parameter.default, scope

@@ -342,10 +342,10 @@ def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Ste
 
 def stacked(values: Sequence[Any]) -> FloatArray:
     """The values of a step, `(k,)`, or `(n, k)` where one of them has lanes."""
-    if not any(map(varies, values)):
-        return np.array(values, dtype=np.float64)
-    count = next(len(value) for value in values if isinstance(value, np.ndarray))
-    rows = np.empty((count, len(values)))
-    for column, value in enumerate(values):
-        rows[:, column] = value
-    return rows
+    for value in values:
+        if isinstance(value, np.ndarray):
+            rows = np.empty((len(value), len(values)))
+            for column, each in enumerate(values):
+                rows[:, column] = each
+            return rows
+    return np.array(values, dtype=np.float64)

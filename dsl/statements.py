@@ -258,6 +258,8 @@ def _labelled(
     origin = scene.Origin(statement.span, label, scope.index)
     old = value.origin
     if old is not None and old.place is statement.span and not old.label:
+        if type(value) is scene.Instances:  # as most are: `replace` takes its time
+            return scene.Instances(value.child, value.transform, value.indices, origin)
         return replace(value, origin=origin)
     return run.made(scene.Instances(value, scene.Transform(), origin=origin), statement.span)
 

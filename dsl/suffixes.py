@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 
 from dsl import ast, scene
 from dsl.batches import bound
 from dsl.builtins import BUILTINS
-from dsl.calls import Given, Site, call_builtin
+from dsl.calls import Site, call_builtin
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.lanes import Sequential, chosen
 from dsl.materials import BIND, OVERRIDE
@@ -23,7 +24,6 @@ from dsl.values import (
     Closure,
     Color,
     File,
-    InScene,
     Interval,
     List,
     Object,
@@ -36,9 +36,12 @@ from dsl.values import (
 )
 
 
+_MOVABLE = frozenset((*get_args(scene.Node), Objects)) - {scene.Settings}
+
+
 def movable(value: Value) -> bool:
     """Whether the suffix calls of `PLACE` apply: to objects, lights and cameras."""
-    return isinstance(value, InScene) and not isinstance(value, scene.Settings)
+    return type(value) in _MOVABLE
 
 
 def field(value: Value, member: ast.Member) -> Value:
@@ -113,13 +116,12 @@ def _items(value: List | Vector, index: FloatArray) -> Value:
     return result
 
 
-def suffix_call(value: Value, member: ast.Member, given: Sequence[Given], site: Site) -> Value:
+def suffix_call(value: Value, member: ast.Member, given: Sequence[Value], site: Site) -> Value:
     """`value.name(arguments)` for all that does not place an object."""
     if isinstance(value, scene.Transform) and member.name == "inverse":
         if given:
-            raise Fault(
-                "type-too-many-arguments", "`inverse` takes no arguments", given[0].argument.span
-            )
+            first = site.arguments[0].span
+            raise Fault("type-too-many-arguments", "`inverse` takes no arguments", first)
         return value.inverted()
     builtin = {"material": BIND, "override": OVERRIDE}.get(member.name)
     if builtin is not None and isinstance(value, Placeable):
