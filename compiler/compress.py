@@ -145,33 +145,41 @@ class _Compressor:
         number = self.leaf(node)
         if number is not None:
             return self.with_segment(_Run(number), node.origin)
+        if isinstance(node, Instances):
+            return self.placed(node, runs.get(id(node.child)))
         children = [runs[id(child)] for child in self.walk.children(node)]
         below = [run for run in children if run]
         if not below:
             return None
-        if len(below) > 1 and isinstance(node, Group) and node.order is not None:
-            run = _Run(~self.ordered(node, children))
-        elif len(below) > 1:
-            run = _Run(~self.branch(self.edge(child) for child in below))
-        else:
+        if len(below) == 1:
             run = below[0]
-        if isinstance(node, Instances):
-            count = node.transform.count
-            if count is not None and count > 1:
-                return self.batch(run, node)
-            if node.transform.steps:
-                transform = node.transform if count is None else _first_lane(node.transform)
-                length = run.length + len(transform.steps)
-                transforms = _Link(transform, run.transforms)
-                run = _Run(run.target, transforms, length, run.material, run.segments)
-            if count == 1 and node.origin:
-                index = int(node.indices[0]) if node.indices is not None else 0
-                return self.with_segment(run, replace(node.origin, index=index))
-        elif isinstance(node, Bind):
+        elif isinstance(node, Group) and node.order is not None:
+            run = _Run(~self.ordered(node, children))
+        else:
+            run = _Run(~self.branch(self.edge(child) for child in below))
+        if isinstance(node, Bind):
             code = self.material(node.material)
             outer = overriding(code) if node.override else code
             run = run._replace(material=combined(outer, run.material))
         return self.with_segment(run, node.origin)
+
+    def placed(self, node: Instances, run: _Run | None) -> _Run | None:
+        """The run that `node` heads over that of its child; no lanes place nothing."""
+        count = node.transform.count
+        if run is None or count == 0:
+            return None
+        if count is not None and count > 1:
+            return self.batch(run, node)
+        if node.transform.steps:
+            transform = node.transform if count is None else _first_lane(node.transform)
+            length = run.length + len(transform.steps)
+            transforms = _Link(transform, run.transforms)
+            run = _Run(run.target, transforms, length, run.material, run.segments)
+        origin = node.origin
+        if count == 1 and origin:
+            index = int(node.indices[0]) if node.indices is not None else 0
+            origin = replace(origin, index=index)
+        return self.with_segment(run, origin)
 
     def with_segment(self, run: _Run, origin: Origin | None) -> _Run:
         """`run` with a path segment above it: what adds to the path, or is a leaf's only place."""

@@ -19,6 +19,7 @@ from dsl.scene import AreaLight, Camera, Light, Node, PointLight, Sky, Sun
 from dsl.spans import Place
 
 MAX_LIGHTS = 100_000
+_PLACED = frozenset((Sun, PointLight, Sky, Camera))
 
 
 @dataclass(slots=True)
@@ -38,6 +39,8 @@ def place_lights(walk: Walk) -> PlacedLights:
     """Place all lights and cameras; for them no group is kept, and their number is limited."""
     nodes: list[Light | Camera] = []
     placed = PlacedLights()
+    if not any(type(node) in _PLACED for node in walk.order):
+        return placed
 
     def index(node: Node) -> int | None:
         if isinstance(node, Sun | PointLight | AreaLight | Sky) and not contributes(node):

@@ -42,11 +42,11 @@ class Origins:
     def index(self, origin: Origin) -> int:
         """The number of `origin`, whatever its index among siblings."""
         key: tuple[str, str | None, int, int, str, bool]
-        match origin.place:
-            case Span(source, start, end):
-                key = (source.name, None, start, end, origin.label, origin.point)
-            case PrimPlace(stage, prim):
-                key = (stage, prim, 0, 0, origin.label, origin.point)
+        place = origin.place
+        if isinstance(place, Span):
+            key = (place.source.name, None, place.start, place.end, origin.label, origin.point)
+        else:
+            key = (place.stage, place.prim, 0, 0, origin.label, origin.point)
         number = self.numbers.setdefault(key, len(self.numbers))
         if number == len(self.places):
             self.places.append(origin.place)
@@ -55,10 +55,8 @@ class Origins:
     def table(self, used: NDArray[np.int64], texts: Texts) -> NDArray[np.void]:
         """The `origins` of an IR: those numbered in `used`, in that order."""
         keys = list(self.numbers)
-        table = np.zeros(len(used), dtype=ORIGIN)
-        for row, number in enumerate(used):
-            name, prim, start, end, label, point = keys[number]
-            table[row] = (
+        rows = [
+            (
                 texts.index(name),
                 -1 if prim is None else texts.index(prim),
                 start,
@@ -66,7 +64,9 @@ class Origins:
                 texts.index(label),
                 point,
             )
-        return table
+            for name, prim, start, end, label, point in map(keys.__getitem__, used.tolist())
+        ]
+        return np.array(rows, dtype=ORIGIN)
 
 
 @value

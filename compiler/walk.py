@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import cast
 
 from dsl.diagnostics import Diagnostic
 from dsl.scene import Bind, File, Group, Instances, Node
@@ -29,17 +30,15 @@ class Walk:
 
     def children(self, node: Node) -> tuple[Node, ...]:
         """The nodes right below `node`; a file's is what was read from it."""
-        match node:
-            case Group():
-                return node.items
-            case Instances():
-                return () if node.transform.count == 0 else (node.child,)
-            case Bind():
-                return (node.child,)
-            case File():
-                return (self.contents[id(node)],)
-            case _:
-                return ()
+        if isinstance(node, Instances):
+            return () if node.transform.count == 0 else (node.child,)
+        if isinstance(node, Group):
+            return node.items
+        if isinstance(node, Bind):
+            return (node.child,)
+        if isinstance(node, File):
+            return (self.contents[id(node)],)
+        return ()
 
 
 def walk(root: Node, load: Load) -> Walk:
@@ -47,24 +46,28 @@ def walk(root: Node, load: Load) -> Walk:
     result = Walk(root)
     read: dict[tuple[str, str, str | None, str | None], Node] = {}
     entered: set[int] = set()
-    stack: list[tuple[Node, bool]] = [(root, False)]
+    stack: list[Node | None] = [root]
     while stack:
-        node, done = stack.pop()
-        if done:
+        node = stack.pop()
+        if node is None:  # all below the next one is in order
+            result.order.append(cast("Node", stack.pop()))
+            continue
+        if id(node) in entered:
+            continue
+        entered.add(id(node))
+        if isinstance(node, File):
+            key = (node.kind, node.path, node.prim, node.folder)
+            if key not in read:
+                content, diagnostics = load(node)
+                read[key] = content or _EMPTY
+                result.diagnostics += diagnostics
+            result.contents[id(node)] = read[key]
+        children = result.children(node)
+        if not children:
             result.order.append(node)
-        elif id(node) not in entered:
-            entered.add(id(node))
-            if isinstance(node, File):
-                key = (node.kind, node.path, node.prim, node.folder)
-                if key not in read:
-                    content, diagnostics = load(node)
-                    read[key] = content or _EMPTY
-                    result.diagnostics += diagnostics
-                result.contents[id(node)] = read[key]
-            children = result.children(node)
-            lanes = (node.transform.count or 1) if isinstance(node, Instances) else 1
-            for child in children:
-                result.references[id(child)] = result.references.get(id(child), 0) + lanes
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(children))
+            continue
+        lanes = (node.transform.count or 1) if isinstance(node, Instances) else 1
+        for child in children:
+            result.references[id(child)] = result.references.get(id(child), 0) + lanes
+        stack += (node, None, *reversed(children))
     return result

@@ -35,7 +35,6 @@ from dsl.values import (
     type_name,
 )
 
-
 _MOVABLE = frozenset((*get_args(scene.Node), Objects)) - {scene.Settings}
 
 
