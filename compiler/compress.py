@@ -44,6 +44,13 @@ def combined(outer: int, inner: int) -> int:
     return outer if outer < NO_MATERIAL or inner == NO_MATERIAL else inner
 
 
+class Leaf(NamedTuple):
+    """What a node is that has nothing below it: a number, and a scale that comes before all."""
+
+    number: int
+    size: Transform | None = None
+
+
 class Segment(NamedTuple):
     """One step of an object path: an index of origins, and its number among siblings or -1."""
 
@@ -104,7 +111,7 @@ class _Run(NamedTuple):
 
 def compress(
     walk: Walk,
-    leaf: Callable[[Node], int | None],
+    leaf: Callable[[Node], Leaf | None],
     material: Callable[[Material], int],
     origins: Origins,
 ) -> Branches:
@@ -129,7 +136,7 @@ class _Compressor:
     def __init__(
         self,
         walk: Walk,
-        leaf: Callable[[Node], int | None],
+        leaf: Callable[[Node], Leaf | None],
         material: Callable[[Material], int],
         origins: Origins,
     ) -> None:
@@ -142,9 +149,12 @@ class _Compressor:
 
     def run(self, node: Node, runs: dict[int, _Run | None]) -> _Run | None:
         """The run that `node` heads, given those of its children."""
-        number = self.leaf(node)
-        if number is not None:
-            return self.with_segment(_Run(number), node.origin)
+        leaf = self.leaf(node)
+        if leaf is not None:
+            run = _Run(leaf.number)
+            if leaf.size is not None:
+                run = _Run(leaf.number, _Link(leaf.size, None), len(leaf.size.steps))
+            return self.with_segment(run, node.origin)
         if isinstance(node, Instances):
             return self.placed(node, runs.get(id(node.child)))
         children = [runs[id(child)] for child in self.walk.children(node)]

@@ -65,7 +65,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     said last.
     """
     walked = walk(graph.root, load)
-    prototypes, materials, origins = Prototypes(), Materials(), Origins()
+    prototypes, materials, origins = Prototypes(walked.order), Materials(), Origins()
     materials.index(DEFAULT_MATERIAL)
     branches = compress(walked, prototypes.index, materials.index, origins)
     planned = plan(branches)

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
 from compiler.affine import Affine, Placement
 from compiler.appearance import contributes
-from compiler.compress import compress
+from compiler.compress import Leaf, compress
 from compiler.expand import expand, plan
 from compiler.place import Frames
 from compiler.provenance import Origins
 from compiler.walk import Walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
-from dsl.scene import AreaLight, Camera, Light, Node, PointLight, Sky, Sun
+from dsl.scene import Camera, Light, Node, Sky
 from dsl.spans import Place
 
 MAX_LIGHTS = 100_000
-_PLACED = frozenset((Sun, PointLight, Sky, Camera))
+_PLACED = frozenset((*get_args(Light), Camera))
 
 
 @dataclass(slots=True)
@@ -42,12 +43,12 @@ def place_lights(walk: Walk) -> PlacedLights:
     if not any(type(node) in _PLACED for node in walk.order):
         return placed
 
-    def index(node: Node) -> int | None:
-        if isinstance(node, Sun | PointLight | AreaLight | Sky) and not contributes(node):
+    def index(node: Node) -> Leaf | None:
+        if isinstance(node, Light) and not contributes(node):
             placed.dark += 1
-        elif isinstance(node, Sun | PointLight | AreaLight | Sky | Camera):
+        elif isinstance(node, Light | Camera):
             nodes.append(node)
-            return len(nodes) - 1
+            return Leaf(len(nodes) - 1)
         return None
 
     branches = compress(walk, index, lambda _: 0, Origins())

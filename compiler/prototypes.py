@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from compiler.compress import Leaf
 from compiler.ir import KINDS, MESH
-from dsl.scene import Mesh, Node, Shape
+from dsl.scene import Mesh, Node, Shape, Step, StepKind, Transform
+from dsl.sizes import scaled_units, unit_of
 
 
 class PrototypeArrays(NamedTuple):
@@ -26,18 +28,26 @@ class PrototypeArrays(NamedTuple):
 class Prototypes:
     """Distinct shapes (by kind and numbers) and meshes (by their arrays), as they come.
 
-    `equal` counts nodes that were equal to an earlier one, `empty` meshes without triangles.
+    Of the shapes of a scene, `among` its `nodes`, many that differ in size alone are one unit, see
+    `dsl.sizes`. `equal` counts nodes that were equal to an earlier one, `empty` meshes without
+    triangles.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, among: Iterable[Node] = ()) -> None:
         self.nodes: list[Shape | Mesh] = []
         self.equal = self.empty = 0
         self._numbers: dict[object, int] = {}
+        self._units = scaled_units([node for node in among if isinstance(node, Shape)])
 
-    def index(self, node: Node) -> int | None:
-        """The number of the prototype that `node` is; None where it is none or draws nothing."""
+    def index(self, node: Node) -> Leaf | None:
+        """The prototype that `node` is; None where it is none or draws nothing."""
         key: object
+        size: Transform | None = None
         if isinstance(node, Shape):
+            unit = unit_of(node.kind, node.parameters) if self._units else None
+            if unit is not None and not node.sized and (node.kind, unit[0]) in self._units:
+                size = Transform((Step(StepKind.SCALE, np.array(unit[1])),))
+                node = Shape(node.kind, unit[0])
             key = (node.kind, node.parameters)
         elif isinstance(node, Mesh):
             if not len(node.triangles):
@@ -51,7 +61,7 @@ class Prototypes:
             self.nodes.append(node)
         else:
             self.equal += 1
-        return number
+        return Leaf(number, size)
 
     def arrays(self, used: Sequence[int]) -> PrototypeArrays:
         """The tables of the prototypes numbered in `used`, in that order."""

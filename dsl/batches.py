@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from dsl import scene
-from dsl.lanes import Sequential, among, as_objects, of_lanes
+from dsl import scene, sizes
+from dsl.lanes import Sequential, among, as_objects, chosen, distinct, of_lanes, stacked
 from dsl.scene import IntArray
 from dsl.spans import Span
 from dsl.values import Choice, Object, Objects, Part, Value
 
 _LONG = 16
 """Longer runs of maps below a shared node are composed apart; see `compiler.compress`."""
+
+
+def shapes(
+    kind: scene.ShapeKind,
+    parameters: Sequence[Any],
+    make: Callable[[tuple[float, ...]], scene.Shape],
+    span: Span,
+) -> Objects:
+    """A shape in every lane, `make` those of different parameters, or one unit for all of them."""
+    count = next(len(value) for value in parameters if isinstance(value, np.ndarray))
+    first, place = distinct(parameters, count)
+    unit = sizes.unit_of(kind, parameters)
+    if unit is None or len(first) <= sizes.MOST:
+        columns = [np.broadcast_to(value, count)[first].tolist() for value in parameters]
+        objects: Objects = chosen([make(row) for row in zip(*columns, strict=True)], place)
+        return objects
+    scales = stacked(unit[1])
+    if not (np.isfinite(scales) & (scales > 0.0)).all():
+        raise Sequential
+    child = scene.Shape(kind, unit[0], scene.Origin(span), sized=True)
+    return Objects((Part(np.arange(count), child, sizes=scales),), count)
 
 
 def placed(value: Value, transform: scene.Transform, count: int) -> Objects:
@@ -44,8 +65,11 @@ def check_length(node: scene.Node, steps: int) -> None:
 
 
 def _run_length(node: scene.Node) -> int:
-    """The maps between a node and where the graph below it divides, counted up to 16."""
-    length = 0
+    """The maps between a node and where the graph below it divides, counted up to 16.
+
+    A shape may have a map of its own, see `dsl.sizes`.
+    """
+    length = 1
     while length < _LONG:
         match node:
             case scene.Instances():
@@ -137,6 +161,10 @@ def emitted(value: Value, span: Span) -> tuple[list[scene.Node], int]:
 
 def _batch(part: Part, span: Span) -> scene.Node:
     origin, numbers = part.origin or scene.Origin(span), part.numbers
+    if part.sizes is not None:
+        if len(distinct(list(part.sizes.T), len(part.lanes))[0]) <= sizes.MOST:
+            raise Sequential  # they may be prototypes of their own
+        part = replace(part, steps=(scene.Step(scene.StepKind.SCALE, part.sizes), *part.steps))
     if len(part.lanes) == 1:
         steps = tuple(
             step if step.values.ndim == 1 else scene.Step(step.kind, step.values[0], step.inverse)

@@ -10,7 +10,7 @@ fault, raises `Sequential`: the loop is then evaluated iteration by iteration.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Any
 
@@ -91,8 +91,9 @@ def varies(value: Any) -> bool:
 def among(part: Part, kept: NDArray[np.bool_], lanes: IntArray) -> Part:
     """The part in those of its lanes that are kept, under new numbers."""
     numbers = None if part.numbers is None else part.numbers[kept]
+    sizes = None if part.sizes is None else part.sizes[kept]
     steps = tuple(of_lanes(step, kept) for step in part.steps)
-    return Part(lanes, part.child, steps, part.origin, numbers)
+    return Part(lanes, part.child, steps, part.origin, numbers, sizes)
 
 
 def gathered(value: Any, selection: Callable[[int], IntArray], count: int) -> Any:
@@ -180,8 +181,6 @@ def _array(numbers: Any) -> Any:
 
 
 def _chosen_objects(options: Sequence[scene.Node], which: IntArray) -> Objects:
-    if len(options) > max(64, len(which) // 4):
-        raise Sequential
     order = np.argsort(which, kind="stable")
     ends = np.searchsorted(which[order], np.arange(len(options) + 1))
     return Objects(
@@ -216,22 +215,7 @@ def packed(results: Sequence[Any]) -> Any:
         numbers: dict[Any, int] = {}
         which = np.array([numbers.setdefault(result, len(numbers)) for result in results])
         return chosen(list(numbers), which)
-    if isinstance(first, scene.Shape):
-        options: dict[Any, tuple[int, scene.Shape]] = {}
-        which = np.array(
-            [
-                options.setdefault((s.kind, s.parameters), (len(options), s))[0]
-                if isinstance(s, scene.Shape)
-                else _not_alike()
-                for s in results
-            ]
-        )
-        return chosen([shape for _, shape in options.values()], which)
     return chosen(results, every)
-
-
-def _not_alike() -> int:
-    raise Sequential
 
 
 def merged(pieces: Iterable[tuple[IntArray, Any]], count: int) -> Any:
@@ -252,10 +236,7 @@ def merged(pieces: Iterable[tuple[IntArray, Any]], count: int) -> Any:
         parts: list[Part] = []
         for lanes, value in pieces:
             inner = as_objects(value, len(lanes))
-            parts += (
-                Part(lanes[part.lanes], part.child, part.steps, part.origin, part.numbers)
-                for part in inner.parts
-            )
+            parts += (replace(part, lanes=lanes[part.lanes]) for part in inner.parts)
         return Objects(tuple(parts), count)
     if is_all(bool, Truths):
         return Truths(scattered([v.values if isinstance(v, Truths) else v for v in values]))
@@ -302,10 +283,6 @@ def each(function: Callable[..., Any], arguments: Sequence[Any]) -> Any:
             fewer: list[Any] = list(arguments)
             fewer[varying[0]] = distinct.view(np.float64)
             results = each(function, fewer)
-            if isinstance(results, Objects):
-                lanes = [np.flatnonzero(np.isin(place, part.lanes)) for part in results.parts]
-                parts = zip(lanes, results.parts, strict=True)
-                return Objects(tuple(Part(where, part.child) for where, part in parts), len(bits))
             return gathered(results, lambda count: place, -1)
     return packed([function(*row) for row in zip(*map(_split, arguments), strict=False)])
 
@@ -331,6 +308,21 @@ def _split(value: Any) -> Iterator[Any]:
             return (options[index] for index in which.tolist())
         case _:
             raise Sequential
+
+
+def distinct(columns: Sequence[Any], count: int) -> tuple[IntArray, IntArray]:
+    """The first lane of each different row of numbers, by their bits, and each lane's row."""
+    place = np.zeros(count, dtype=np.int64)
+    first = np.zeros(1, dtype=np.int64)
+    for column in columns:
+        if isinstance(column, np.ndarray):
+            bits, codes = np.unique(
+                np.ascontiguousarray(column).view(np.int64), return_inverse=True
+            )
+            _, first, place = np.unique(
+                place * len(bits) + codes, return_index=True, return_inverse=True
+            )
+    return first, place
 
 
 def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Step:

@@ -132,11 +132,16 @@ normal is (b - a) × (c - a).
 
 @node
 class Shape:
-    """An analytic shape in its own space; `parameters` as in `SHAPE_PARAMETERS[kind]`."""
+    """An analytic shape in its own space; `parameters` as in `SHAPE_PARAMETERS[kind]`.
+
+    One that is `sized` is the unit of a batch above it whose first step gives more sizes than are
+    prototypes of their own, see `dsl.sizes`.
+    """
 
     kind: ShapeKind
     parameters: tuple[float, ...]
     origin: Origin | None = None
+    sized: bool = False
 
 
 @node

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
+from dsl.batches import shapes
 from dsl.calls import Site
 from dsl.files import FileFault
 from dsl.kinds import ANGLES, INTERVAL, NUMBER, STRING, VECTOR2, VECTOR3
+from dsl.lanes import varies
 from dsl.limits import broken_limit, within_rounding
 from dsl.scene import File, Origin, Shape, ShapeKind, Vector
-from dsl.values import Builtin, Parameter, Signature, format_number
+from dsl.values import Builtin, Objects, Parameter, Signature, format_number
 
 _Pair = tuple[float, float]
 
 
-def _shape(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
-    """The shape, if its parameters satisfy its inequalities."""
+def _shape(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape | Objects:
+    """The shape, if its parameters satisfy its inequalities, or that of every lane."""
+    if site.in_lanes and any(map(varies, parameters)):
+        return shapes(kind, parameters, partial(_one, site, kind), site.span)
+    return _one(site, kind, parameters)
+
+
+def _one(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
     broken = broken_limit(kind, parameters)
     if broken is not None:
         parameters = within_rounding(kind, parameters)
@@ -37,56 +48,56 @@ _ARGUMENTS = {
 """The arguments that may give a parameter, where they have other names."""
 
 
-def _sphere(site: Site, radius: float) -> Shape:
+def _sphere(site: Site, radius: float) -> Shape | Objects:
     return _shape(site, ShapeKind.SPHERE, (radius,))
 
 
-def _box(site: Site, size: Vector, bevel: float) -> Shape:
+def _box(site: Site, size: Vector, bevel: float) -> Shape | Objects:
     for axis, length in zip("xyz", size, strict=True):
-        if length <= 0.0:
+        if not site.in_lanes and length <= 0.0:
             message = f"size.{axis} = {format_number(length)} is not greater than 0"
             raise site.fault("value-out-of-range", message, "size")
     x, y, z = (0.5 * length for length in size)
     return _shape(site, ShapeKind.BOX, (-x, -y, -z, x, y, z, bevel))
 
 
-def _box_between(site: Site, low: Vector, high: Vector, bevel: float) -> Shape:
+def _box_between(site: Site, low: Vector, high: Vector, bevel: float) -> Shape | Objects:
     return _shape(site, ShapeKind.BOX, (*low, *high, bevel))
 
 
-def _cylinder(site: Site, radius: float, y: _Pair, bevel: float) -> Shape:
+def _cylinder(site: Site, radius: float, y: _Pair, bevel: float) -> Shape | Objects:
     return _shape(site, ShapeKind.CYLINDER, (radius, *y, bevel))
 
 
-def _cone(site: Site, radius: float, height: float, bevel: float) -> Shape:
+def _cone(site: Site, radius: float, height: float, bevel: float) -> Shape | Objects:
     return _shape(site, ShapeKind.CONE, (radius, height, bevel))
 
 
-def _torus(site: Site, major: float, minor: float) -> Shape:
+def _torus(site: Site, major: float, minor: float) -> Shape | Objects:
     return _shape(site, ShapeKind.TORUS, (major, minor))
 
 
-def _disc(site: Site, radius: float) -> Shape:
+def _disc(site: Site, radius: float) -> Shape | Objects:
     return _shape(site, ShapeKind.DISC, (radius,))
 
 
-def _rectangle(site: Site, size: _Pair) -> Shape:
+def _rectangle(site: Site, size: _Pair) -> Shape | Objects:
     return _shape(site, ShapeKind.RECTANGLE, size)
 
 
-def _plane(site: Site) -> Shape:
+def _plane(site: Site) -> Shape | Objects:
     return _shape(site, ShapeKind.PLANE, ())
 
 
-def _triangle(site: Site, a: Vector, b: Vector, c: Vector) -> Shape:
+def _triangle(site: Site, a: Vector, b: Vector, c: Vector) -> Shape | Objects:
     return _shape(site, ShapeKind.TRIANGLE, (*a, *b, *c))
 
 
-def _ring(site: Site, r: _Pair, y: _Pair, bevel: float) -> Shape:
+def _ring(site: Site, r: _Pair, y: _Pair, bevel: float) -> Shape | Objects:
     return _shape(site, ShapeKind.RING, (*r, *y, bevel))
 
 
-def _wedge(site: Site, r: _Pair, y: _Pair, phi: _Pair, bevel: float) -> Shape:
+def _wedge(site: Site, r: _Pair, y: _Pair, phi: _Pair, bevel: float) -> Shape | Objects:
     return _shape(site, ShapeKind.WEDGE, (*r, *y, *phi, bevel))
 
 
@@ -123,6 +134,7 @@ def _needed(name: str, doc: str) -> Parameter:
 
 
 def _object(name: str, doc: str, *signatures: Signature) -> Builtin:
+    signatures = tuple(replace(signature, lanes=True) for signature in signatures)
     return Builtin(name, signatures, "an object", doc)
 
 

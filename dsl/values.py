@@ -186,7 +186,8 @@ class Part:
     """An object placed once in each of some lanes, which ascend.
 
     `steps` are batches of `len(lanes)` or hold for all. `origin` is the statement that emits it in
-    the loop's body and `numbers` the iterations; there is nothing above them.
+    the loop's body and `numbers` the iterations; there is nothing above them. With `sizes`
+    `(len(lanes), 3)` the shape below is one unit of many sizes: scales that come before all steps.
     """
 
     lanes: IntArray
@@ -194,6 +195,7 @@ class Part:
     steps: tuple[scene.Step, ...] = ()
     origin: scene.Origin | None = None
     numbers: IntArray | None = None
+    sizes: scene.FloatArray | None = None
 
 
 @node
