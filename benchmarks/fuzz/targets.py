@@ -15,7 +15,7 @@ from compiler.ir_binary import read_ir, write_ir
 from compiler.ir_parse import parse_ir
 from compiler.ir_text import print_ir
 from compiler.provenance import object_path, source_place
-from dsl import ast, lanes
+from dsl import ast, lanes, sizes
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import CompileError, Diagnostic
@@ -138,19 +138,20 @@ def _compiled(
     """The scene of a program whose loops of so many iterations are evaluated at once."""
     with _lanes_from(fewest):
         graph, found = evaluate(module, NoFiles())
-    if graph is None:
-        return None, None, found
-    ir, more, _ = flatten(graph, _no_file)
+        if graph is None:
+            return None, None, found
+        ir, more, _ = flatten(graph, _no_file)
     return graph, ir, found + more
 
 
 @contextmanager
 def _lanes_from(fewest: int) -> Iterator[None]:
-    before, lanes.FEWEST = lanes.FEWEST, fewest
+    before = lanes.FEWEST, sizes.MOST
+    lanes.FEWEST, sizes.MOST = fewest, 2  # programs of few iterations have few sizes
     try:
         yield
     finally:
-        lanes.FEWEST = before
+        lanes.FEWEST, sizes.MOST = before
 
 
 def _no_file(file: File) -> tuple[Node | None, list[Diagnostic]]:
