@@ -99,16 +99,15 @@ def bound(value: Value, material: Any, override: bool, span: Span) -> Objects:
     return Objects(tuple(parts), n)
 
 
-def _options(material: Any, lanes: IntArray) -> Iterable[tuple[Any, scene.Material]]:
+def _options(material: Any, lanes: IntArray) -> Iterable[tuple[IntArray | None, scene.Material]]:
+    """Each material and which of the lanes have it, in order; None for all."""
     if isinstance(material, scene.Material):
         return [(None, material)]
     if not isinstance(material, Choice):
         raise Sequential
-    which = material.which[lanes]
-    used = np.unique(which)
-    if len(used) > 64:
-        raise Sequential
-    return [(which == option, material.options[option]) for option in used]
+    order = np.argsort(material.which[lanes], kind="stable")
+    used, starts = np.unique(material.which[lanes][order], return_index=True)
+    return zip(np.split(order, starts[1:]), map(material.options.__getitem__, used), strict=True)
 
 
 def labelled(value: Value, origin: scene.Origin, numbers: IntArray | None, n: int) -> Objects:

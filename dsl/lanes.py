@@ -88,7 +88,7 @@ def varies(value: Any) -> bool:
             return False
 
 
-def among(part: Part, kept: NDArray[np.bool_], lanes: IntArray) -> Part:
+def among(part: Part, kept: IntArray | NDArray[np.bool_], lanes: IntArray) -> Part:
     """The part in those of its lanes that are kept, under new numbers."""
     numbers = None if part.numbers is None else part.numbers[kept]
     sizes = None if part.sizes is None else part.sizes[kept]
