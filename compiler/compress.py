@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -60,10 +61,14 @@ class Segment(NamedTuple):
 
 @value
 class Chain:
-    """Elementary steps in reading order; `count` lanes."""
+    """Elementary steps in reading order; `count` lanes.
+
+    One that is composed in parts has them, `apart`, as chains of their own, outermost first.
+    """
 
     steps: tuple[Step, ...]
     count: int
+    apart: tuple[int, ...] = ()
 
 
 @value
@@ -178,7 +183,7 @@ class _Compressor:
         count = node.transform.count
         if run is None or count == 0:
             return None
-        if count is not None and count > 1:
+        if count is not None and (count > 1 or node.transform.breaks):
             return self.batch(run, node)
         if node.transform.steps:
             transform = node.transform if count is None else _first_lane(node.transform)
@@ -216,17 +221,29 @@ class _Compressor:
     def batch(self, run: _Run, node: Instances) -> _Run:
         """A new run over a branch with the batch `node` over `run` as its only edge."""
         count = node.transform.count or 1
-        steps = _steps(_Link(node.transform, run.transforms))
+        inner = _steps(run.transforms)
+        transform = node.transform if count > 1 else _first_lane(node.transform)
+        steps = (*inner, *transform.steps)
         labelled = node.origin is not None and node.origin.label
+        breaks = [0, *(len(inner) + place for place in node.transform.breaks), len(steps)]
+        apart = [
+            self.chain(Chain(steps[start:end], count))
+            for start, end in pairwise(breaks)
+            if len(breaks) > 2
+        ]
         batch = Edge(
             target=run.target,
-            chain=self.chain(Chain(steps, count)),
+            chain=self.chain(Chain(steps, count, tuple(apart[::-1]))),
             count=count,
             material=run.material,
             segments=tuple(_items(run.segments)),
             batch=self.origins.index(node.origin) if node.origin and labelled else -1,
             indices=node.indices if labelled else None,
         )
+        if count == 1 and batch.batch >= 0:
+            number = int(batch.indices[0]) if batch.indices is not None else 0
+            segments = (Segment(batch.batch, number), *batch.segments)
+            batch = replace(batch, segments=segments, batch=-1, indices=None)
         return _Run(~self.branch([batch]))
 
     def ordered(self, node: Group, runs: Sequence[_Run | None]) -> int:

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from compiler.column import Column, Integers
-from compiler.compress import NO_MATERIAL, Branches, Edge, combined, overriding
+from compiler.compress import NO_MATERIAL, Branches, Chain, Edge, combined, overriding
 from compiler.ir import COUNTED
 from dsl.records import value
 
@@ -114,7 +114,7 @@ def joined(tables: Iterable[Table]) -> Table:
     first, *others = tables
     if not others:
         return first
-    maker = _Maker(sum(len(table.leaf_target) for table in (first, *others)))
+    maker = _Maker(sum(len(table.leaf_target) for table in (first, *others)), ())
     for table in (first, *others):
         maker.copies(Edge(0), -1, NO_MATERIAL, -1, table)
     return maker.table
@@ -122,7 +122,7 @@ def joined(tables: Iterable[Table]) -> Table:
 
 def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]) -> Table:
     """Expand one branch; branches placed once are expanded in place, others copied if not kept."""
-    maker = _Maker(plan.rows[branch])
+    maker = _Maker(plan.rows[branch], branches.chains)
     stack = [(branch, iter(branches.edges[branch]), -1, NO_MATERIAL, -1)]
     starts: list[int] = []  # the first leaf of every edge, in ordered branches only
     while stack:
@@ -148,15 +148,16 @@ def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]
 
 
 class _Maker:
-    def __init__(self, leaves: int) -> None:
+    def __init__(self, leaves: int, chains: Sequence[Chain]) -> None:
         self.table = Table(leaves)
+        self.chains = chains
 
     def below(self, edge: Edge, frame: int, material: int, source: int) -> tuple[int, int, int]:
         """Frame, material and source below a single placement."""
         t = self.table
-        if edge.chain >= 0:
+        for chain in self.parts(edge.chain):
             t.frame_parent.append(frame)
-            t.frame_chain.append(edge.chain)
+            t.frame_chain.append(chain)
             t.frame_lane.append(0)
             frame = len(t.frame_parent) - 1
         for origin, index in edge.segments:
@@ -167,13 +168,21 @@ class _Maker:
         return frame, combined(material, edge.material), source
 
     def lane_frames(self, edge: Edge, frame: int) -> Integers:
-        """One frame for each lane of a batch."""
+        """The innermost frame for each lane of a batch."""
         t = self.table
-        first = len(t.frame_parent)
-        t.frame_parent.extend(frame, edge.count)
-        t.frame_chain.extend(edge.chain, edge.count)
-        t.frame_lane.extend(np.arange(edge.count, dtype=np.int32), edge.count)
-        return np.arange(first, first + edge.count, dtype=np.int32)
+        lanes = np.arange(edge.count, dtype=np.int32)
+        frames: Integers | int = frame
+        for chain in self.parts(edge.chain):
+            first = len(t.frame_parent)
+            t.frame_parent.extend(frames, edge.count)
+            t.frame_chain.extend(chain, edge.count)
+            t.frame_lane.extend(lanes, edge.count)
+            frames = first + lanes
+        return np.asarray(frames)
+
+    def parts(self, chain: int) -> tuple[int, ...]:
+        """The chains that are frames of their own, outermost first."""
+        return () if chain < 0 else self.chains[chain].apart or (chain,)
 
     def lane_sources(self, edge: Edge, source: int) -> Integers:
         """Each lane's source: segments of its own where the batch adds to the path."""

@@ -6,7 +6,7 @@ and segments of the path, to equal branches. Only scenes too large to be flatten
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 
 from compiler.compress import Branches, Chain, Edge
@@ -14,7 +14,7 @@ from compiler.compress import Branches, Chain, Edge
 
 def merged(branches: Branches) -> Branches:
     """The branches without those that equal another; children first, the root last."""
-    chains = _numbered([_chain_key(chain) for chain in branches.chains])
+    chains = _numbered([_chain_key(chain, branches.chains) for chain in branches.chains])
     result = Branches(chains=branches.chains)
     numbers: list[int] = []  # the new number of each branch
     known: dict[Hashable, int] = {}
@@ -47,9 +47,10 @@ def _numbered(keys: list[Hashable]) -> list[int]:
     return [first.setdefault(key, place) for place, key in enumerate(keys)]
 
 
-def _chain_key(chain: Chain) -> Hashable:
+def _chain_key(chain: Chain, chains: Sequence[Chain]) -> Hashable:
+    apart = tuple(len(chains[part].steps) for part in chain.apart)
     steps = ((s.kind, s.inverse, s.values.shape, s.values.tobytes()) for s in chain.steps)
-    return chain.count, tuple(steps)
+    return chain.count, tuple(steps), apart
 
 
 def _edge_key(edge: Edge) -> Hashable:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -42,15 +43,27 @@ def shapes(
 def placed(value: Value, transform: scene.Transform, count: int) -> Objects:
     """Every lane's object, placed."""
     objects = as_objects(value, count)
-    if _crowded(objects):
-        raise Sequential  # the maps would hold for a group in every lane
-    return Objects(tuple(_moved(part, transform) for part in objects.parts), objects.count)
+    parts = _apart(objects) if _crowded(objects) else objects.parts
+    return Objects(tuple(_moved(part, transform) for part in parts), objects.count)
+
+
+def _apart(objects: Objects) -> Iterator[Part]:
+    """The parts, their maps so far composed apart in lanes with several: a group's items there."""
+    times = np.bincount(np.concatenate([part.lanes for part in objects.parts]))
+    for part in objects.parts:
+        if part.origin is not None or not _is_solid(part.child):
+            raise Sequential
+        several = times[part.lanes] > 1
+        if several.any():
+            item = among(part, several, part.lanes[several])
+            yield replace(item, inner=(*item.inner, item.steps), steps=())
+        if not several.all():
+            yield among(part, ~several, part.lanes[~several])
 
 
 def _moved(part: Part, transform: scene.Transform) -> Part:
-    if part.origin is not None or (
-        part.steps and len(part.steps) + _run_length(part.child) >= _LONG
-    ):
+    below = 0 if part.inner else _run_length(part.child)
+    if part.origin is not None or (part.steps and len(part.steps) + below >= _LONG):
         raise Sequential
     steps = transform.steps
     if not np.array_equal(part.lanes, np.arange(transform.count or 0)):
@@ -160,28 +173,47 @@ def emitted(value: Value, span: Span) -> tuple[list[scene.Node], int]:
 
 def _batch(part: Part, span: Span) -> scene.Node:
     origin, numbers = part.origin or scene.Origin(span), part.numbers
+    rows = [*part.inner, part.steps]
     if part.sizes is not None:
         if len(distinct(list(part.sizes.T), len(part.lanes))[0]) <= sizes.MOST:
             raise Sequential  # they may be prototypes of their own
-        part = replace(part, steps=(scene.Step(scene.StepKind.SCALE, part.sizes), *part.steps))
-    if len(part.lanes) == 1:
+        rows[0] = (scene.Step(scene.StepKind.SCALE, part.sizes), *rows[0])
+    rows = [row for row in rows if row]
+    chain = tuple(step for row in rows for step in row)
+    breaks = tuple(accumulate(map(len, rows[:-1])))
+    if len(part.lanes) == 1 and not breaks:
         steps = tuple(
             step if step.values.ndim == 1 else scene.Step(step.kind, step.values[0], step.inverse)
-            for step in part.steps
+            for step in chain
         )
         index = None if numbers is None else int(numbers[0])
         return scene.Instances(
             part.child, scene.Transform(steps), origin=replace(origin, index=index)
         )
-    if not part.steps:
+    if not chain:
         raise Sequential
-    transform = scene.Transform(part.steps)
+    transform = scene.Transform(chain, breaks)
     if transform.count is None:
-        first = part.steps[0]
+        first = chain[0]
         values = np.broadcast_to(first.values, (len(part.lanes), len(first.values)))
         same = scene.Step(first.kind, values, first.inverse)
-        transform = scene.Transform((same, *part.steps[1:]))
+        transform = scene.Transform((same, *chain[1:]), breaks)
     return scene.Instances(part.child, transform, numbers, origin)
+
+
+def _is_solid(node: scene.Node) -> bool:
+    """Whether a node surely has a shape below it, and counts where it stands in a group."""
+    stack = [node]
+    while stack:
+        below = stack.pop()
+        match below:
+            case scene.Shape():
+                return True
+            case scene.Group():
+                stack += below.items
+            case scene.Instances() | scene.Bind():
+                stack.append(below.child)
+    return False
 
 
 def _sheds_light(node: scene.Node) -> bool:

@@ -92,8 +92,10 @@ def among(part: Part, kept: IntArray | NDArray[np.bool_], lanes: IntArray) -> Pa
     """The part in those of its lanes that are kept, under new numbers."""
     numbers = None if part.numbers is None else part.numbers[kept]
     sizes = None if part.sizes is None else part.sizes[kept]
-    steps = tuple(of_lanes(step, kept) for step in part.steps)
-    return Part(lanes, part.child, steps, part.origin, numbers, sizes)
+    *inner, steps = (
+        tuple(of_lanes(step, kept) for step in steps) for steps in (*part.inner, part.steps)
+    )
+    return Part(lanes, part.child, steps, part.origin, numbers, sizes, tuple(inner))
 
 
 def gathered(value: Any, selection: Callable[[int], IntArray], count: int) -> Any:

@@ -76,10 +76,13 @@ class Step:
 class Transform:
     """A chain of elementary maps in reading order: the first is applied to the object first.
 
-    Every step's batch size is the same n, or the step is unbatched and holds for all.
+    Every step's batch size is the same n, or the step is unbatched and holds for all. Between the
+    steps at the `breaks` (numbers of the steps above them) the chain is composed in parts, as the
+    maps of an object and of a group around it are.
     """
 
     steps: tuple[Step, ...] = ()
+    breaks: tuple[int, ...] = ()
 
     @property
     def count(self) -> int | None:

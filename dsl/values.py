@@ -188,6 +188,8 @@ class Part:
     `steps` are batches of `len(lanes)` or hold for all. `origin` is the statement that emits it in
     the loop's body and `numbers` the iterations; there is nothing above them. With `sizes`
     `(len(lanes), 3)` the shape below is one unit of many sizes: scales that come before all steps.
+    `inner` are rows of steps before `steps`, the first applied first, each of them composed apart:
+    the maps of the items of groups that are placed.
     """
 
     lanes: IntArray
@@ -196,6 +198,7 @@ class Part:
     origin: scene.Origin | None = None
     numbers: IntArray | None = None
     sizes: scene.FloatArray | None = None
+    inner: tuple[tuple[scene.Step, ...], ...] = ()
 
 
 @node
