@@ -292,7 +292,7 @@ class TokenReader:
             elif (kind == ":" and before.kind == "number") or self.token.value == "to":
                 help = "an interval is written `a..b`"
             elif expected and not self.begins_line() and before.kind == "name":
-                word = before.value
+                word = str(before.value)
                 help = f"an argument is named `{word}: …`, a function called `{word}(…)`"
             elif expected and not self.begins_line() and kind in ("name", "number", "angle"):
                 help = "separate the items with `,`"
