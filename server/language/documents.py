@@ -108,10 +108,10 @@ class Documents:
 
     def range(self, span: Span) -> lsp.Range:
         """A span in the editor's coordinates."""
-        source = span.source
-        if self._lines is None or self._lines[0] is not source:
-            self._lines = (source, Lines(source.text, self.unit))
-        return range_in(self._lines[1], span.start, span.end)
+        source, known = span.source, self._lines  # which another thread may replace meanwhile
+        if known is None or known[0] is not source:
+            known = self._lines = (source, Lines(source.text, self.unit))
+        return range_in(known[1], span.start, span.end)
 
     def location(self, span: Span) -> lsp.Location:
         """A span with its file."""

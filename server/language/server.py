@@ -142,15 +142,20 @@ def _prepare_rename(
 async def _rename(server: OvoloServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
     documents = server.documents
     _, program, offset = documents.at(params.text_document.uri, params.position)
+    versioned = server.supports("workspace.workspace_edit.document_changes")
     before = dict(documents.open)
-    try:  # in a file of a megabyte it takes seconds
-        edits = await asyncio.to_thread(rename, documents.project, program, offset, params.new_name)
+
+    def edit() -> lsp.WorkspaceEdit:
+        edits = rename(documents.project, program, offset, params.new_name)
+        return answers.workspace_edit(documents, edits, versioned)
+
+    try:
+        result = await asyncio.to_thread(edit)  # in a file of a megabyte it takes seconds
     except RefusedError as refused:
         raise JsonRpcException(str(refused), _REQUEST_FAILED) from None
     if any(documents.open.get(uri) is not document for uri, document in before.items()):
         raise JsonRpcException("a document has changed", _CONTENT_MODIFIED)
-    versioned = server.supports("workspace.workspace_edit.document_changes")
-    return answers.workspace_edit(documents, edits, versioned)
+    return result
 
 
 def _symbols(server: OvoloServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
