@@ -16,7 +16,7 @@
 //! o' in the object's normalised space, and d' times a power of two that brings its largest
 //! component into [1, 2). Powers of two are exact, so t' maps back exactly.
 use crate::bvh::NormalSpace;
-use crate::lanes::{Lanes, axes, each};
+use crate::lanes::{Lanes, Mask, axes, each};
 use crate::scene::{Affine, Anchor};
 
 /// Rays in f64 on their way through levels of instancing: the world's ray parameter is
@@ -123,6 +123,9 @@ impl Anchor {
 #[inline(always)]
 pub fn slide_to_center<L: Lanes<Scalar = f64>>(origin: [L; 3], direction: [L; 3], reach: f64) -> L {
     let far = dot(origin, origin).gt(L::splat(reach));
+    if !far.any() {
+        return L::zero();
+    }
     let closest = -(dot(origin, direction) / dot(direction, direction));
     L::select(far, closest, L::zero())
 }

@@ -234,6 +234,81 @@ impl Isa for Avx512 {
     type F64UpTo4 = super::avx2::F64x4;
 
     #[inline(always)]
+    fn columns(rows: &[[f64; 3]]) -> [F64x8; 3] {
+        let rows = rows[..8].as_flattened();
+        let [a, b, c] = [0, 8, 16].map(|first| &rows[first..first + 8]);
+        // SAFETY: the CPU has the instructions; see the head of `lanes`. The slices have eight
+        // numbers each.
+        unsafe {
+            let (a, b, c) = (
+                _mm512_loadu_pd(a.as_ptr()),
+                _mm512_loadu_pd(b.as_ptr()),
+                _mm512_loadu_pd(c.as_ptr()),
+            );
+            // Numbers below 8 pick from the first vector, others from the second.
+            let x = _mm512_permutex2var_pd(a, _mm512_setr_epi64(0, 3, 6, 9, 12, 15, 0, 0), b);
+            let y = _mm512_permutex2var_pd(a, _mm512_setr_epi64(1, 4, 7, 10, 13, 0, 0, 0), b);
+            let z = _mm512_permutex2var_pd(a, _mm512_setr_epi64(2, 5, 8, 11, 14, 0, 0, 0), b);
+            [
+                F64x8(_mm512_permutex2var_pd(
+                    x,
+                    _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 10, 13),
+                    c,
+                )),
+                F64x8(_mm512_permutex2var_pd(
+                    y,
+                    _mm512_setr_epi64(0, 1, 2, 3, 4, 8, 11, 14),
+                    c,
+                )),
+                F64x8(_mm512_permutex2var_pd(
+                    z,
+                    _mm512_setr_epi64(0, 1, 2, 3, 4, 9, 12, 15),
+                    c,
+                )),
+            ]
+        }
+    }
+    /// Pairs of vectors are folded into one, until one is left that has a lane for each.
+    #[inline(always)]
+    fn horizontal_minima(x: [F32x16; 12]) -> [f32; 12] {
+        let mut minima = [0.0; 12];
+        let mut lanes = [0.0; 16];
+        // SAFETY: the CPU has the instructions; see the head of `lanes`. Vectors have 16 lanes.
+        unsafe {
+            let infinity = _mm512_set1_ps(f32::INFINITY);
+            let zero = _mm512_setzero_ps();
+            let mut quarters = [zero; 3];
+            for i in 0..3 {
+                let mut halves = [zero; 2];
+                for j in 0..2 {
+                    let a = _mm512_min_ps(x[4 * i + 2 * j].0, infinity);
+                    let b = _mm512_min_ps(x[4 * i + 2 * j + 1].0, infinity);
+                    halves[j] = _mm512_min_ps(
+                        _mm512_shuffle_f32x4::<0b01_00_01_00>(a, b),
+                        _mm512_shuffle_f32x4::<0b11_10_11_10>(a, b),
+                    );
+                }
+                let [a, b] = halves;
+                quarters[i] = _mm512_min_ps(
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
+                );
+            }
+            let [a, b, c] = quarters;
+            let ab = _mm512_min_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let cc = _mm512_min_ps(_mm512_unpacklo_ps(c, c), _mm512_unpackhi_ps(c, c));
+            let all = _mm512_min_ps(
+                _mm512_shuffle_ps::<0b01_00_01_00>(ab, cc),
+                _mm512_shuffle_ps::<0b11_10_11_10>(ab, cc),
+            );
+            _mm512_storeu_ps(lanes.as_mut_ptr(), _mm512_add_ps(all, zero));
+        }
+        for i in 0..12 {
+            minima[i] = lanes[i % 4 * 4 + i / 4];
+        }
+        minima
+    }
+    #[inline(always)]
     fn narrow(low: F64x8, high: F64x8) -> F32x16 {
         // SAFETY: the CPU has the instructions; see the head of `lanes`.
         F32x16(unsafe {

@@ -214,6 +214,27 @@ pub trait Isa: Copy + Send + Sync + 'static {
     /// Four lanes, or `F64` where that has fewer.
     type F64UpTo4: Lanes<Scalar = f64>;
 
+    /// The columns of the first rows of three. Panics if there are fewer than lanes.
+    #[inline(always)]
+    fn columns(rows: &[[f64; 3]]) -> [Self::F64; 3] {
+        let rows = &rows[..Self::F64::WIDTH];
+        axes!(|i| {
+            let mut column = [0.0; MAX_WIDTH];
+            for (to, row) in column.iter_mut().zip(rows) {
+                *to = row[i];
+            }
+            Self::F64::load(&column)
+        })
+    }
+    /// [`Lanes::horizontal_min`] of each.
+    #[inline(always)]
+    fn horizontal_minima(x: [Self::F32; 12]) -> [f32; 12] {
+        let mut minima = [0.0; 12];
+        for i in 0..12 {
+            minima[i] = x[i].horizontal_min();
+        }
+        minima
+    }
     /// Rounds to nearest; the lanes of `low` come first.
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32;
     /// Exact; the first half of the lanes, then the second.

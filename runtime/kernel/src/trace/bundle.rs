@@ -90,7 +90,7 @@ impl<I: Isa> Bundle<I> {
         let node_ray = NodeRay::new(origin, direction);
         let mut bundle = Bundle {
             node_ray,
-            frustum: Frustum::new(origin, node_ray.inverse(), active),
+            frustum: Frustum::new::<I>(origin, node_ray.inverse(), active),
             start,
             per_rate,
             after: I::F32::zero(),

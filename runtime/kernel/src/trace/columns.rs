@@ -14,19 +14,19 @@ pub struct RayColumns<I: Isa> {
     pub len: usize,
 }
 
-/// The columns of W rows.
+/// The columns of W records.
 #[inline(always)]
-fn transposed<I: Isa, const N: usize>(rows: &[[f64; N]]) -> Halves<[I::F64; N]> {
-    let mut columns = [[0.0; MAX_WIDTH]; N];
+fn transposed<I: Isa>(rows: &[[f64; 8]]) -> Halves<[I::F64; 8]> {
+    let mut columns = [[0.0; MAX_WIDTH]; 8];
     let rows = &rows[..I::F32::WIDTH];
     for lane in 0..I::F32::WIDTH {
-        for i in 0..N {
+        for i in 0..8 {
             columns[i][lane] = rows[lane][i];
         }
     }
     halves!(|h| {
-        let mut half = [I::F64::zero(); N];
-        for i in 0..N {
+        let mut half = [I::F64::zero(); 8];
+        for i in 0..8 {
             half[i] = I::F64::load(&columns[i][h * I::F64::WIDTH..]);
         }
         half
@@ -55,8 +55,8 @@ impl<I: Isa> RayColumns<I> {
                 t_min,
                 t_max,
             } if len == I::F32::WIDTH => RayColumns::of(
-                transposed::<I, 3>(&origins[first..]),
-                transposed::<I, 3>(&directions[first..]),
+                halves!(|h| I::columns(&origins[first + h * I::F64::WIDTH..])),
+                halves!(|h| I::columns(&directions[first + h * I::F64::WIDTH..])),
                 column::<I>(t_min, first),
                 column::<I>(t_max, first),
                 len,
@@ -76,7 +76,7 @@ impl<I: Isa> RayColumns<I> {
 
     #[inline(always)]
     fn of_records(rows: &[[f64; 8]], len: usize) -> RayColumns<I> {
-        let columns = transposed::<I, 8>(rows);
+        let columns = transposed::<I>(rows);
         RayColumns::of(
             halves!(|h| axes!(|i| columns[h][i])),
             halves!(|h| axes!(|i| columns[h][i + 3])),

@@ -9,8 +9,9 @@
 //! Nothing is culled here that a ray's own test lets in for a hit: by the errors listed in
 //! `bvh::ray`, with b − o rounded (5u) instead of the fma's constant and the shift of o by the
 //! margin rounded (4u), the sum is 33u, and the margin is 64u = 2⁻¹⁸.
+use super::precision::PacketMask;
 use crate::bvh::Node;
-use crate::lanes::{Lanes, Mask, axes};
+use crate::lanes::{Isa, Lanes, Mask, axes};
 
 const MARGIN: f32 = 1.0 / (1u32 << 18) as f32;
 
@@ -29,41 +30,38 @@ pub struct Frustum<L> {
     agree: bool,
 }
 
-/// Least and greatest of the lanes that the mask has.
-#[inline(always)]
-fn range<P: Lanes<Scalar = f32>>(lanes: P, mask: P::Mask) -> [f32; 2] {
-    let infinity = P::splat(f32::INFINITY);
-    [
-        P::select(mask, lanes, infinity).horizontal_min(),
-        -P::select(mask, -lanes, infinity).horizontal_min(),
-    ]
-}
-
 /// The greatest of the lanes that the mask has.
 #[inline(always)]
 pub fn greatest<P: Lanes<Scalar = f32>>(lanes: P, mask: P::Mask) -> f32 {
-    range(lanes, mask)[1]
+    -least(-lanes, mask)
 }
 
 /// The least of the lanes that the mask has.
 #[inline(always)]
 pub fn least<P: Lanes<Scalar = f32>>(lanes: P, mask: P::Mask) -> f32 {
-    range(lanes, mask)[0]
+    P::select(mask, lanes, P::splat(f32::INFINITY)).horizontal_min()
 }
 
 impl<L: Lanes<Scalar = f32>> Frustum<L> {
     /// Around the rays in `active` from `origin` along 1/`inverse`.
     #[inline(always)]
-    pub fn new<P: Lanes<Scalar = f32>>(
-        origin: [P; 3],
-        inverse: [P; 3],
-        active: P::Mask,
+    pub fn new<I: Isa>(
+        origin: [I::F32; 3],
+        inverse: [I::F32; 3],
+        active: PacketMask<I>,
     ) -> Frustum<L> {
-        let origins = axes!(|i| range(origin[i], active));
-        let inverses = axes!(|i| range(inverse[i], active));
+        let infinity = I::F32::splat(f32::INFINITY);
+        let mut ends = [infinity; 12];
+        for i in 0..3 {
+            ends[i] = I::F32::select(active, origin[i], infinity);
+            ends[i + 3] = I::F32::select(active, -origin[i], infinity);
+            ends[i + 6] = I::F32::select(active, inverse[i], infinity);
+            ends[i + 9] = I::F32::select(active, -inverse[i], infinity);
+        }
+        let ends = I::horizontal_minima(ends);
         let [x, y, z] = axes!(|i| {
-            let [o_least, o_greatest] = origins[i];
-            let [least, greatest] = inverses[i];
+            let [o_least, o_greatest] = [ends[i], -ends[i + 3]];
+            let [least, greatest] = [ends[i + 6], -ends[i + 9]];
             let [first, last] = [o_least - MARGIN, o_greatest + MARGIN];
             if least > 0.0 {
                 (i, last, first, least, greatest, 0.0)

@@ -185,10 +185,10 @@ impl Answers for FoundColumns<'_> {
         let range = first..first + rays.len;
         self.t[range.clone()].copy_from_slice(&t[..rays.len]);
         for (to, &leaf) in self.instance[range.clone()].iter_mut().zip(leaf) {
-            *to = leaf as i64;
+            *to = integer(leaf);
         }
         for (to, &triangle) in self.primitive[range.clone()].iter_mut().zip(triangle) {
-            *to = triangle as u32;
+            *to = integer(triangle) as u32;
         }
         // Rounding may have brought t to t_min, beyond which it is.
         let [low, high] = halves!(|h| best.t[h].le(rays.t_min[h]));
@@ -198,6 +198,13 @@ impl Answers for FoundColumns<'_> {
             }
         }
     }
+}
+
+/// A whole number below 2⁵¹, by its bits: a cast would ask first whether it is one.
+#[inline(always)]
+fn integer(x: f64) -> i64 {
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    (x + SHIFT).to_bits() as i64 - SHIFT.to_bits() as i64
 }
 
 /// Whether anything was found.

@@ -5,7 +5,7 @@ use super::level::Target;
 use super::precision::{Halves, PacketMask, Precision};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, halves};
-use crate::scene::{Geometry, Group, Mesh, Scene};
+use crate::scene::{Geometry, Group, Mesh, Scene, TriangleBlock};
 
 type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
 
@@ -162,14 +162,15 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let [(low, low_slide), (high, high_slide)] =
             [rays[0].in_space(&space), rays[1].in_space(&space)];
         let scale = I::F64::splat(space.scale);
+        let unscale = I::F64::splat(1.0 / space.scale);
         let origin = axes!(|i| I::narrow(low[i], high[i]));
         let direction = axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i]));
         let bundle = Bundle::<I>::new(
             origin,
             direction,
             [
-                (low_slide / scale).mul_add(rays[0].rate, rays[0].start),
-                (high_slide / scale).mul_add(rays[1].rate, rays[1].start),
+                (low_slide * unscale).mul_add(rays[0].rate, rays[0].start),
+                (high_slide * unscale).mul_add(rays[1].rate, rays[1].start),
             ],
             [rays[0].per_rate * scale, rays[1].per_rate * scale],
             [&self.t_min, &self.best.t],
@@ -246,8 +247,11 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         if nodes.is_empty() {
             return all_taken;
         }
-        let mut bundle = Bundle::<I>::of_mesh(rays, [&self.t_min, &self.best.t], active);
         let mut prepared = F::packet_rays::<I>(rays, &self.t_min, &self.best.t);
+        if let [block] = &mesh.blocks[..] {
+            return self.visit_triangles::<ANY>(rays, &prepared, block, leaf, active);
+        }
+        let mut bundle = Bundle::<I>::of_mesh(rays, [&self.t_min, &self.best.t], active);
         let stack_base = self.stack.len();
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {
@@ -257,20 +261,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 return all_taken;
             };
             let block = &mesh.blocks[child.number() as usize];
-            let mut taken = PacketMask::<I>::none();
-            for axis in 0..3 {
-                let along = F::packet_along::<I>(&prepared, axis) & met;
-                if !along.any() {
-                    continue;
-                }
-                for lane in 0..block.len as usize {
-                    let (hit, t) =
-                        F::packet_triangle::<I>(&prepared, axis, rays, block, lane, along);
-                    if hit.any() {
-                        taken = taken | self.take::<ANY>(hit, &t, leaf, block.triangles[lane]);
-                    }
-                }
-            }
+            let taken = self.visit_triangles::<ANY>(rays, &prepared, block, leaf, met);
             if !taken.any() {
                 continue;
             }
@@ -285,6 +276,32 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 F::packet_restrict::<I>(&mut prepared, rays, &self.t_min, &self.best.t);
             }
         }
+    }
+
+    /// Tests the triangles of a block; which rays took a hit.
+    #[inline(always)]
+    fn visit_triangles<const ANY: bool>(
+        &mut self,
+        rays: &Halves<LevelRays<I::F64>>,
+        prepared: &F::PacketRays<I>,
+        block: &TriangleBlock<F>,
+        leaf: i64,
+        active: PacketMask<I>,
+    ) -> PacketMask<I> {
+        let mut taken = Mask::none();
+        for axis in 0..3 {
+            let along = F::packet_along::<I>(prepared, axis) & active;
+            if !along.any() {
+                continue;
+            }
+            for lane in 0..block.len as usize {
+                let (hit, t) = F::packet_triangle::<I>(prepared, axis, rays, block, lane, along);
+                if hit.any() {
+                    taken = taken | self.take::<ANY>(hit, &t, leaf, block.triangles[lane]);
+                }
+            }
+        }
+        taken
     }
 
     /// Takes hits if they are nearer; which these were.
