@@ -22,6 +22,12 @@
 //! for which f ≥ √(a² + b²) = 121u·|W'| suffices up to squares of these. The radius grows by
 //! 2⁻¹⁶·|W'| = 256u·|W'|.
 //!
+//! Before that, packets ask of whole lines: cube, |q_j e_k − q_k e_j| ≤ |e_j| + |e_k|; ball, |q × e|²
+//! ≤ |e|². A component of q × e errs by 2u(|q_j e_k| + |q_k e_j|). For the cube that is 2u·|q| ≤
+//! 11u·|w| of its half extents, and 2u more for the sums: less than the quotients' 30u·|w|. For the
+//! ball it is 7u·|q| ≤ 37u·|W'| of the distance, and 4u for the squares: with the 56u·|W'|, less
+//! than its 256u·|W'|.
+//!
 //! The centre is rounded first, and what that moves it, in object space, is added too.
 //!
 //! Because all this is relative to the tree, W' has entries below 2¹⁵ for any transform, flat
@@ -136,6 +142,18 @@ impl Lane {
     }
 }
 
+/// Rays in the spaces that the maps p ↦ rows·(p − center) bring them to.
+#[inline(always)]
+fn inside<L: Lanes<Scalar = f32>>(
+    rows: [[L; 3]; 3],
+    center: [L; 3],
+    o: [L; 3],
+    d: [L; 3],
+) -> ([L; 3], [L; 3]) {
+    let p = axes!(|i| o[i] - center[i]);
+    (axes!(|j| dot(rows[j], p)), axes!(|j| dot(rows[j], d)))
+}
+
 impl InstanceBlock {
     /// Of instances whose outlines, if they have any, are given with their transforms.
     pub(super) fn new<'a>(
@@ -179,7 +197,8 @@ impl InstanceBlock {
     ) -> (L::Mask, L) {
         let rows = axes!(|j| axes!(|i| L::load(&self.rows[j][i][first..])));
         let center = axes!(|i| L::load(&self.center[i][first..]));
-        let (near, far) = self.interval(rows, center, L::splats(o), L::splats(d));
+        let (q, e) = inside(rows, center, L::splats(o), L::splats(d));
+        let (near, far) = self.interval(q, e);
         let met = near.le(far) & near.le(L::splat(before)) & L::splat(after).le(far);
         (
             met & L::Mask::first((self.len as usize).saturating_sub(first)),
@@ -187,26 +206,40 @@ impl InstanceBlock {
         )
     }
 
-    /// Rays, one in every lane, against instance `i` of the block: where they enter and leave.
+    /// Rays, one in every lane, against instance `i` of the block: where they enter and leave; None
+    /// if the lines of all in `active` pass by. Most do, and that needs no division.
     #[inline(always)]
-    pub fn interval_of<L: Lanes<Scalar = f32>>(&self, i: usize, o: [L; 3], d: [L; 3]) -> (L, L) {
-        let rows = axes!(|j| axes!(|k| L::splat(self.rows[j][k][i])));
-        let center = axes!(|k| L::splat(self.center[k][i]));
-        self.interval(rows, center, o, d)
-    }
-
-    /// Where rays enter and leave outlines; they do not unless near ≤ far.
-    #[inline(always)]
-    fn interval<L: Lanes<Scalar = f32>>(
+    pub fn interval_of<L: Lanes<Scalar = f32>>(
         &self,
-        rows: [[L; 3]; 3],
-        center: [L; 3],
+        i: usize,
         o: [L; 3],
         d: [L; 3],
-    ) -> (L, L) {
-        let p = axes!(|i| o[i] - center[i]);
-        let q = axes!(|j| dot(rows[j], p));
-        let e = axes!(|j| dot(rows[j], d));
+        active: L::Mask,
+    ) -> Option<(L, L)> {
+        let rows = axes!(|j| axes!(|k| L::splat(self.rows[j][k][i])));
+        let center = axes!(|k| L::splat(self.center[k][i]));
+        let (q, e) = inside(rows, center, o, d);
+        // q × e: how far the line is from the middle, times |e|, and a part of that in each plane.
+        let across = axes!(|j| {
+            let (k, l) = ((j + 1) % 3, (j + 2) % 3);
+            q[k].mul_add(e[l], -(q[l] * e[k]))
+        });
+        let near = if self.balls {
+            dot(across, across).le(dot(e, e))
+        } else {
+            let [x, y, z] = axes!(|j| e[j].abs());
+            across[0].abs().le(y + z) & across[1].abs().le(z + x) & across[2].abs().le(x + y)
+        };
+        if !(near & active).any() {
+            return None;
+        }
+        Some(self.interval(q, e))
+    }
+
+    /// Where rays, in the spaces of outlines, enter and leave these; they do not unless
+    /// near ≤ far.
+    #[inline(always)]
+    fn interval<L: Lanes<Scalar = f32>>(&self, q: [L; 3], e: [L; 3]) -> (L, L) {
         let one = L::splat(1.0);
         if self.balls {
             let inverse = one / dot(e, e);

@@ -193,7 +193,9 @@ impl<I: Isa> Bundle<I> {
     ) {
         let base = stack.len();
         for i in 0..block.len as usize {
-            let (near, far) = block.interval_of(i, origin, direction);
+            let Some((near, far)) = block.interval_of(i, origin, direction, active) else {
+                continue;
+            };
             let met = near.le(far) & near.le(self.before) & self.after.le(far) & active;
             if met.any() {
                 stack.push(Entry {
