@@ -210,6 +210,44 @@ fn masks_count_lanes_from_the_first() {
 }
 
 #[test]
+fn rows_become_columns_and_vectors_their_least_lanes() {
+    struct Moves;
+    impl Task for Moves {
+        type Output = ();
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            let mut rows = [[0.0; 3]; MAX_WIDTH];
+            for (i, row) in rows.iter_mut().enumerate() {
+                *row = [0.0, 100.0, 200.0].map(|x| x + i as f64);
+            }
+            let columns = I::columns(&rows);
+            for (axis, column) in columns.into_iter().enumerate() {
+                for (lane, row) in rows[..I::F64::WIDTH].iter().enumerate() {
+                    assert_eq!(column.get(lane), row[axis]);
+                }
+            }
+            let width = I::F32::WIDTH;
+            let mut vectors = [I::F32::zero(); 12];
+            for (i, vector) in vectors.iter_mut().enumerate() {
+                let lanes: [f32; MAX_WIDTH] = std::array::from_fn(|lane| {
+                    ((7 * lane + 5 * i) % width) as f32 - 0.1 * i as f32
+                });
+                *vector = I::F32::load(&lanes).with(i % width, f32::NAN);
+            }
+            let minima = I::horizontal_minima(vectors);
+            for (vector, least) in vectors.into_iter().zip(minima) {
+                assert_eq!(vector.horizontal_min(), least);
+            }
+            let nothing = I::horizontal_minima([I::F32::splat(f32::NAN); 12]);
+            assert_eq!(nothing, [f32::INFINITY; 12]);
+        }
+    }
+    for set in InstructionSet::available() {
+        dispatch(set, Moves);
+    }
+}
+
+#[test]
 fn names_go_both_ways() {
     for set in InstructionSet::available() {
         assert_eq!(InstructionSet::from_name(set.name()), Some(set));
