@@ -1,6 +1,6 @@
 //! Rays, hits, and the one interface between who traces and who shades.
 use crate::instance::dot;
-use crate::lanes::axes;
+use crate::lanes::{MAX_WIDTH, axes};
 use std::ops::Range;
 
 /// A half-line in world space. Directions are not normalised: `t` is in their units.
@@ -29,8 +29,6 @@ impl Ray {
 /// Rays in one of the layouts in which callers have them.
 #[derive(Clone, Copy, Debug)]
 pub enum Rays<'a> {
-    /// One after the other.
-    Records(&'a [Ray]),
     /// An array for each part: as many directions as origins, and as many bounds or one for all.
     Columns {
         /// [`Ray::origin`] of each.
@@ -42,21 +40,40 @@ pub enum Rays<'a> {
         /// [`Ray::t_max`] of each, or of all.
         t_max: &'a [f64],
     },
+    /// An array for each coordinate: of as many numbers as there are rays, or of one for all.
+    Axes {
+        /// How many rays there are.
+        len: usize,
+        /// [`Ray::origin`], by coordinate.
+        origin: [&'a [f64]; 3],
+        /// [`Ray::direction`], by coordinate.
+        direction: [&'a [f64]; 3],
+        /// [`Ray::t_min`].
+        t_min: &'a [f64],
+        /// [`Ray::t_max`].
+        t_max: &'a [f64],
+    },
 }
 
-/// A stretch of the bounds of rays, which may be one for all.
+/// A stretch of numbers, which may be one for all.
 #[inline(always)]
-fn bounds(of: &[f64], range: Range<usize>) -> &[f64] {
+fn stretch(of: &[f64], range: Range<usize>) -> &[f64] {
     if of.len() == 1 { of } else { &of[range] }
+}
+
+/// Number `i`, or the one for all.
+#[inline(always)]
+fn number(of: &[f64], i: usize) -> f64 {
+    if let [all] = of { *all } else { of[i] }
 }
 
 impl<'a> Rays<'a> {
     /// How many there are.
     #[inline(always)]
     pub fn len(&self) -> usize {
-        match self {
-            Rays::Records(rays) => rays.len(),
+        match *self {
             Rays::Columns { origins, .. } => origins.len(),
+            Rays::Axes { len, .. } => len,
         }
     }
 
@@ -69,7 +86,6 @@ impl<'a> Rays<'a> {
     #[inline(always)]
     pub fn get(&self, i: usize) -> Ray {
         match *self {
-            Rays::Records(rays) => rays[i],
             Rays::Columns {
                 origins,
                 directions,
@@ -78,8 +94,20 @@ impl<'a> Rays<'a> {
             } => Ray {
                 origin: origins[i],
                 direction: directions[i],
-                t_min: bounds(t_min, i..i + 1)[0],
-                t_max: bounds(t_max, i..i + 1)[0],
+                t_min: number(t_min, i),
+                t_max: number(t_max, i),
+            },
+            Rays::Axes {
+                origin,
+                direction,
+                t_min,
+                t_max,
+                ..
+            } => Ray {
+                origin: axes!(|axis| number(origin[axis], i)),
+                direction: axes!(|axis| number(direction[axis], i)),
+                t_min: number(t_min, i),
+                t_max: number(t_max, i),
             },
         }
     }
@@ -87,16 +115,13 @@ impl<'a> Rays<'a> {
     /// [`Ray::t_min`] of ray number `i`.
     #[inline(always)]
     pub fn t_min(&self, i: usize) -> f64 {
-        match *self {
-            Rays::Records(rays) => rays[i].t_min,
-            Rays::Columns { t_min, .. } => bounds(t_min, i..i + 1)[0],
-        }
+        let (Rays::Columns { t_min, .. } | Rays::Axes { t_min, .. }) = *self;
+        number(t_min, i)
     }
 
     /// Some of the rays.
     pub fn part(&self, range: Range<usize>) -> Rays<'a> {
         match *self {
-            Rays::Records(rays) => Rays::Records(&rays[range]),
             Rays::Columns {
                 origins,
                 directions,
@@ -105,8 +130,21 @@ impl<'a> Rays<'a> {
             } => Rays::Columns {
                 origins: &origins[range.clone()],
                 directions: &directions[range.clone()],
-                t_min: bounds(t_min, range.clone()),
-                t_max: bounds(t_max, range),
+                t_min: stretch(t_min, range.clone()),
+                t_max: stretch(t_max, range),
+            },
+            Rays::Axes {
+                origin,
+                direction,
+                t_min,
+                t_max,
+                ..
+            } => Rays::Axes {
+                len: range.len(),
+                origin: origin.map(|column| stretch(column, range.clone())),
+                direction: direction.map(|column| stretch(column, range.clone())),
+                t_min: stretch(t_min, range.clone()),
+                t_max: stretch(t_max, range),
             },
         }
     }
@@ -154,6 +192,91 @@ impl Hit {
     pub fn spawn(&self, direction: [f64; 3]) -> [f64; 3] {
         let side = self.offset.copysign(dot(self.normal, direction));
         axes!(|i| side.mul_add(self.normal[i], self.position[i]))
+    }
+}
+
+/// Hits, an array for each number; the arrays are longer than there are hits, by what lanes may
+/// write beyond the last.
+#[derive(Clone, Debug, Default)]
+pub struct Hits {
+    len: usize,
+    /// [`Hit::t`] of each.
+    pub t: Vec<f64>,
+    /// [`Hit::position`], by coordinate.
+    pub position: [Vec<f64>; 3],
+    /// [`Hit::normal`], by coordinate.
+    pub normal: [Vec<f64>; 3],
+    /// [`Hit::offset`] of each.
+    pub offset: Vec<f64>,
+    /// [`Hit::instance`] of each.
+    pub instance: Vec<i64>,
+    /// [`Hit::prototype`] of each.
+    pub prototype: Vec<i32>,
+    /// [`Hit::material`] of each.
+    pub material: Vec<i32>,
+    /// [`Hit::primitive`] of each.
+    pub primitive: Vec<u32>,
+}
+
+impl Hits {
+    /// How many there are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Makes them `len`; what they are is not said.
+    pub fn resize(&mut self, len: usize) {
+        self.len = len;
+        let room = len + MAX_WIDTH;
+        if self.t.len() >= room {
+            return;
+        }
+        let miss = Hit::MISS;
+        self.t.resize(room, miss.t);
+        for axis in 0..3 {
+            self.position[axis].resize(room, miss.position[axis]);
+            self.normal[axis].resize(room, miss.normal[axis]);
+        }
+        self.offset.resize(room, miss.offset);
+        self.instance.resize(room, miss.instance);
+        self.prototype.resize(room, miss.prototype);
+        self.material.resize(room, miss.material);
+        self.primitive.resize(room, miss.primitive);
+    }
+
+    /// Hit number `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Hit {
+        Hit {
+            t: self.t[i],
+            position: axes!(|axis| self.position[axis][i]),
+            normal: axes!(|axis| self.normal[axis][i]),
+            offset: self.offset[i],
+            instance: self.instance[i],
+            prototype: self.prototype[i],
+            material: self.material[i],
+            primitive: self.primitive[i],
+        }
+    }
+
+    /// Replaces hit number `i`.
+    pub fn set(&mut self, i: usize, hit: &Hit) {
+        self.t[i] = hit.t;
+        for axis in 0..3 {
+            self.position[axis][i] = hit.position[axis];
+            self.normal[axis][i] = hit.normal[axis];
+        }
+        self.offset[i] = hit.offset;
+        self.instance[i] = hit.instance;
+        self.prototype[i] = hit.prototype;
+        self.material[i] = hit.material;
+        self.primitive[i] = hit.primitive;
     }
 }
 
@@ -206,10 +329,10 @@ pub struct OnTriangle {
 /// Batches of some hundreds of coherent rays are answered fastest. Answers do not depend on
 /// how rays are batched. Ties in t go to the lowest leaf number.
 pub trait Trace: Send + Sync {
-    /// Closest hits: `hits[i]` for `rays[i]`. Panics if the lengths differ.
-    fn closest(&self, rays: &[Ray], hits: &mut [Hit]);
-    /// Whether anything is hit.
-    fn occluded(&self, rays: &[Ray], occluded: &mut [bool]);
+    /// Closest hits, as many as rays.
+    fn closest(&self, rays: Rays, hits: &mut Hits);
+    /// Whether anything is hit. Panics if the lengths differ.
+    fn occluded(&self, rays: Rays, occluded: &mut [bool]);
     /// The triangle that a hit lies on; None if it is not on a mesh.
     fn on_triangle(&self, _hit: &Hit) -> Option<OnTriangle> {
         None
@@ -222,7 +345,8 @@ pub trait Find: Trace {
     fn find(&self, rays: Rays, found: FoundColumns);
     /// Whether anything is hit. Panics if the lengths differ.
     fn find_any(&self, rays: Rays, occluded: &mut [bool]);
-    /// The surfaces where these rays were found to hit: `closest` is `find` and then this.
-    /// Instances or primitives that the scene does not have are misses.
-    fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]);
+    /// The surfaces where these rays were found to hit, of which t, instance and primitive are
+    /// given: `closest` is `find` and then this. Instances or primitives that the scene does not
+    /// have are misses. Panics if the lengths differ.
+    fn surfaces(&self, rays: Rays, hits: &mut Hits);
 }

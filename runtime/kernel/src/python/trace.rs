@@ -7,7 +7,7 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 use super::arrays::Rows;
-use crate::ray::{Find, Found, FoundColumns, Hit, Ray};
+use crate::ray::{self, Find, FoundColumns, Hits};
 
 /// An array of one answer per ray.
 pub(super) type Answers<'py, T> = Bound<'py, PyArray1<T>>;
@@ -209,31 +209,28 @@ pub(super) fn surfaces<'py>(
                     |(batch, ((((normal, position), prototype), material), offset))| {
                         let start = poll * POLL + batch * BATCH;
                         let stretch = start..start + material.len();
-                        let rays: Vec<Ray> = stretch
-                            .clone()
-                            .map(|i| Ray {
-                                origin: origins[i],
-                                direction: directions[i],
-                                t_min: 0.0,
-                                t_max: f64::INFINITY,
-                            })
-                            .collect();
-                        let found: Vec<Found> = stretch
-                            .map(|i| Found {
-                                t: t[i],
-                                instance: instance[i],
-                                primitive: primitive[i],
-                            })
-                            .collect();
-                        let mut hits = vec![Hit::MISS; rays.len()];
-                        scene.surfaces(&rays, &found, &mut hits);
-                        for (i, hit) in hits.iter().enumerate() {
-                            normal[3 * i..][..3].copy_from_slice(&hit.normal);
-                            position[3 * i..][..3].copy_from_slice(&hit.position);
-                            prototype[i] = hit.prototype;
-                            material[i] = hit.material;
-                            offset[i] = hit.offset;
+                        let rays = ray::Rays::Columns {
+                            origins: &origins[stretch.clone()],
+                            directions: &directions[stretch.clone()],
+                            t_min: &[0.0],
+                            t_max: &[f64::INFINITY],
+                        };
+                        let n = stretch.len();
+                        let mut hits = Hits::default();
+                        hits.resize(n);
+                        hits.t[..n].copy_from_slice(&t[stretch.clone()]);
+                        hits.instance[..n].copy_from_slice(&instance[stretch.clone()]);
+                        hits.primitive[..n].copy_from_slice(&primitive[stretch]);
+                        scene.surfaces(rays, &mut hits);
+                        for axis in 0..3 {
+                            for i in 0..n {
+                                normal[3 * i + axis] = hits.normal[axis][i];
+                                position[3 * i + axis] = hits.position[axis][i];
+                            }
                         }
+                        prototype.copy_from_slice(&hits.prototype[..n]);
+                        material.copy_from_slice(&hits.material[..n]);
+                        offset.copy_from_slice(&hits.offset[..n]);
                     },
                 );
         })?;

@@ -1,6 +1,7 @@
 //! Where camera rays start and go.
+use super::rays::RayLists;
 use super::vector::Vec3;
-use crate::ray::Ray;
+use crate::lanes::{Isa, Lanes};
 
 /// How the window is seen from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,22 +75,34 @@ impl View {
         }
     }
 
-    /// The ray through the picture at `x` pixels from the left, `y` from the top.
+    /// Origin and direction of rays through the picture at `x` pixels from the left, `y` from the
+    /// top.
     #[inline(always)]
-    pub fn ray(&self, x: f64, y: f64) -> Ray {
+    fn ray<L: Lanes<Scalar = f64>>(&self, x: L, y: L) -> [Vec3<L>; 2] {
         let camera = &self.camera;
-        let right = camera.right * (self.left + x * self.pixel_width);
-        let up = camera.up * (self.top - y * self.pixel_height);
-        let (origin, direction) = match camera.projection {
-            Projection::Perspective => (camera.position, right + up - camera.back),
-            Projection::Orthographic => (camera.position + right + up, -camera.back),
-        };
-        Ray {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            t_min: camera.near,
-            t_max: camera.far,
+        let x = L::splat(self.left) + x * L::splat(self.pixel_width);
+        let y = L::splat(self.top) - y * L::splat(self.pixel_height);
+        let [right, up, back, position] =
+            [camera.right, camera.up, camera.back, camera.position].map(Vec3::splat);
+        let (right, up) = (right * x, up * y);
+        match camera.projection {
+            Projection::Perspective => [position, right + up - back],
+            Projection::Orthographic => [position + right + up, -back],
         }
+    }
+
+    /// Makes `rays` those through so many points of the picture, given by columns.
+    #[inline(always)]
+    pub fn aim<I: Isa>(&self, [x, y]: &[Vec<f64>; 2], count: usize, rays: &mut RayLists) {
+        rays.resize(count);
+        for first in (0..count).step_by(I::F64::WIDTH) {
+            let (x, y) = (I::F64::load(&x[first..]), I::F64::load(&y[first..]));
+            let [origin, direction] = self.ray(x, y);
+            origin.store(&mut rays.origin, first);
+            direction.store(&mut rays.direction, first);
+        }
+        rays.t_min.fill(self.camera.near);
+        rays.t_max.fill(self.camera.far);
     }
 }
 
@@ -112,28 +125,32 @@ mod tests {
         }
     }
 
+    fn ray(view: &View, x: f64, y: f64) -> [[f64; 3]; 2] {
+        view.ray(x, y).map(Vec3::to_array)
+    }
+
     #[test]
     fn the_top_left_corner_is_up_and_left() {
-        let ray = View::new(camera(Projection::Perspective, f64::NAN), 400, 200).ray(0.0, 0.0);
-        assert_eq!(ray.origin, [10.0, 20.0, 30.0]);
-        assert_eq!(ray.direction, [-2.0, 1.0, -1.0]);
-        assert_eq!((ray.t_min, ray.t_max), (0.5, 9.0));
+        let view = View::new(camera(Projection::Perspective, f64::NAN), 400, 200);
+        let [origin, direction] = ray(&view, 0.0, 0.0);
+        assert_eq!(origin, [10.0, 20.0, 30.0]);
+        assert_eq!(direction, [-2.0, 1.0, -1.0]);
     }
 
     #[test]
     fn another_aspect_shows_the_whole_window_and_more() {
-        let wide = View::new(camera(Projection::Perspective, 1.0), 400, 200).ray(400.0, 200.0);
-        assert_eq!(wide.direction, [2.0, -1.0, -1.0]);
-        let tall = View::new(camera(Projection::Perspective, 1.0), 200, 400).ray(200.0, 400.0);
-        assert_eq!(tall.direction, [1.0, -2.0, -1.0]);
+        let wide = View::new(camera(Projection::Perspective, 1.0), 400, 200);
+        assert_eq!(ray(&wide, 400.0, 200.0)[1], [2.0, -1.0, -1.0]);
+        let tall = View::new(camera(Projection::Perspective, 1.0), 200, 400);
+        assert_eq!(ray(&tall, 200.0, 400.0)[1], [1.0, -2.0, -1.0]);
     }
 
     #[test]
     fn orthographic_rays_are_parallel_and_shifted_with_the_window() {
         let mut shifted = camera(Projection::Orthographic, 2.0);
         shifted.shift = [0.5, -0.25];
-        let ray = View::new(shifted, 200, 100).ray(100.0, 50.0);
-        assert_eq!(ray.origin, [12.0, 19.5, 30.0]);
-        assert_eq!(ray.direction, [0.0, 0.0, -1.0]);
+        let [origin, direction] = ray(&View::new(shifted, 200, 100), 100.0, 50.0);
+        assert_eq!(origin, [12.0, 19.5, 30.0]);
+        assert_eq!(direction, [0.0, 0.0, -1.0]);
     }
 }

@@ -1,10 +1,12 @@
 //! Direct light: from suns, points, surfaces and the sky, with shadows, through what is transparent.
 use super::frame::Frame;
-use super::material::Material;
+use super::material::{Material, Materials};
+use super::rays::RayLists;
 use super::samples::Samples;
 use super::shadows::Shadows;
 use super::vector::Vec3;
-use super::vertex::{Draws, Vertex, beyond};
+use super::vertex::{Draws, Vertices, beyond};
+use crate::lanes::Isa;
 
 /// The pair of sample dimensions of directions into the hemisphere; the lights' follow.
 pub const HEMISPHERE: u32 = 1;
@@ -24,10 +26,16 @@ struct Path {
 /// The memory of the integrator.
 #[derive(Default)]
 pub struct Direct {
+    /// Of the rays after the first layer.
     paths: Vec<Path>,
-    vertices: Vec<Vertex>,
+    /// The rays that go on behind what they hit, and their paths.
+    behind: RayLists,
+    paths_behind: Vec<Path>,
+    vertices: Vertices,
     /// Materials of the vertices that have one of their own.
     varied: Vec<Material>,
+    /// Shading normals, and whose they are.
+    normals: Vec<(usize, Vec3)>,
     draws: Draws,
     shadows: Shadows,
 }
@@ -35,116 +43,111 @@ pub struct Direct {
 impl Direct {
     /// Lights what the samples see.
     #[inline(always)]
-    pub fn light(&mut self, frame: &Frame, samples: &mut Samples) {
-        self.paths.clear();
-        self.paths.extend((0..samples.rays.len()).map(|slot| Path {
-            slot,
-            throughput: 1.0,
-            depth: 0.0,
-        }));
+    pub fn light<I: Isa>(&mut self, frame: &Frame, samples: &mut Samples) {
         for layer in 0..LAYERS {
-            self.scatter(frame, samples, layer);
-            self.light_vertices(frame, samples, layer);
-            if self.paths.is_empty() || frame.is_cancelled() {
+            self.scatter::<I>(frame, samples, layer);
+            self.light_vertices::<I>(frame, samples, layer);
+            if self.paths_behind.is_empty() || frame.is_cancelled() {
                 return;
             }
+            std::mem::swap(&mut self.paths, &mut self.paths_behind);
+            std::mem::swap(&mut samples.rays, &mut self.behind);
             frame.closest(&samples.rays, &mut samples.hits);
         }
     }
 
     /// Finds the vertices of this layer, and leaves the paths and rays that go on behind it.
     #[inline(always)]
-    fn scatter(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
+    fn scatter<I: Isa>(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
         self.vertices.clear();
         self.varied.clear();
-        let mut left = 0;
-        for index in 0..self.paths.len() {
-            let Path {
-                slot,
-                throughput,
-                depth,
-            } = self.paths[index];
-            if samples.hits[index].instance < 0 {
+        self.normals.clear();
+        self.paths_behind.clear();
+        for index in 0..samples.rays.len() {
+            let (slot, throughput, depth) = if layer == 0 {
+                (index, 1.0, 0.0)
+            } else {
+                let path = &self.paths[index];
+                (path.slot, path.throughput, path.depth)
+            };
+            if samples.hits.instance[index] < 0 {
                 if let Some(background) = frame.lights.background {
                     samples.radiance[slot] += background * throughput;
                     samples.alpha[slot] = 1.0;
                 }
                 continue;
             }
-            let (ray, hit) = (samples.rays[index], samples.hits[index]);
-            let constant = frame.material(&hit);
+            let number = samples.hits.material[index] as usize;
+            let constant = &frame.materials[number];
             let shading = frame
                 .detail
-                .and_then(|detail| detail.shading(frame.trace, &hit, constant));
+                .and_then(|detail| detail.shading(frame.trace, &samples.hits.get(index), constant));
             let material = shading.as_ref().map_or(constant, |own| &own.material);
             let opacity = if layer + 1 < LAYERS {
                 material.opacity
             } else {
                 1.0
             };
+            let depth = depth + samples.hits.t[index];
             if opacity > 0.0 {
-                samples.note(slot, depth + hit.t, &hit);
+                samples.note(slot, depth, index);
                 let weight = throughput * opacity;
-                samples.radiance[slot] += material.emission * weight;
-                samples.alpha[slot] += weight;
-                let mut vertex = Vertex::new(slot, weight, &ray, &hit);
-                if let Some(own) = &shading {
-                    vertex.material = frame.materials.len() + self.varied.len();
-                    self.varied.push(own.material);
-                    own.normal.into_iter().for_each(|n| vertex.shade_with(n));
+                if material.emission != Vec3::ZERO {
+                    samples.radiance[slot] += material.emission * weight;
                 }
-                self.vertices.push(vertex);
+                samples.alpha[slot] += weight;
+                let mut number = number;
+                if let Some(own) = &shading {
+                    number = frame.materials.len() + self.varied.len();
+                    self.varied.push(own.material);
+                    let vertex = self.vertices.len();
+                    self.normals.extend(own.normal.map(|n| (vertex, n)));
+                }
+                self.vertices.push(slot, index, number, weight);
             }
             if opacity < 1.0 {
-                let throughput = throughput * (1.0 - opacity);
-                self.paths[left] = Path {
+                let left = self.paths_behind.len();
+                if left == 0 {
+                    self.behind.resize(samples.rays.len());
+                }
+                self.paths_behind.push(Path {
                     slot,
-                    throughput,
-                    depth: depth + hit.t,
-                };
-                samples.rays[left] = beyond(&ray, &hit);
-                left += 1;
+                    throughput: throughput * (1.0 - opacity),
+                    depth,
+                });
+                let behind = beyond(&samples.rays.get(index), &samples.hits.get(index));
+                self.behind.set(left, &behind);
             }
         }
-        self.paths.truncate(left);
-        samples.rays.truncate(left);
+        self.behind.truncate(self.paths_behind.len());
+        self.vertices.place::<I>(&samples.rays, &samples.hits);
+        for &(vertex, normal) in &self.normals {
+            self.vertices.shade_with(vertex, normal);
+        }
     }
 
     /// Adds the light that the vertices reflect: one shadow ray per vertex and light.
     #[inline(always)]
-    fn light_vertices(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
+    fn light_vertices<I: Isa>(&mut self, frame: &Frame, samples: &mut Samples, layer: u32) {
         let lights = frame.lights;
+        let vertices = &self.vertices;
+        let materials = Materials {
+            scene: frame.materials,
+            own: &self.varied,
+        };
         let first_pair = HEMISPHERE + layer * (1 + lights.local.len() as u32);
         for (index, light) in lights.local.iter().enumerate() {
             let pair = first_pair + 1 + index as u32;
-            if light.is_soft() {
-                let points = self
-                    .draws
-                    .points(frame, samples, &self.vertices, pair, |n| n);
-                for (vertex, &point) in self.vertices.iter().zip(points) {
-                    let material = vertex.material(frame.materials, &self.varied);
-                    self.shadows.light(vertex, material, light, point);
-                }
-            } else {
-                for vertex in &self.vertices {
-                    let material = vertex.material(frame.materials, &self.varied);
-                    self.shadows.light(vertex, material, light, [0.0, 0.0]);
-                }
-            }
+            let points = light
+                .is_soft()
+                .then(|| self.draws.points(frame, samples, vertices, pair));
+            self.shadows
+                .light::<I::F64>(vertices, materials, light, points);
             self.shadows.gather(frame, samples);
         }
         if lights.sky != Vec3::ZERO {
-            let points = self
-                .draws
-                .points(frame, samples, &self.vertices, first_pair, |n| n);
-            for (vertex, &point) in self.vertices.iter().zip(points) {
-                let material = vertex.material(frame.materials, &self.varied);
-                let drawn = material.draw(vertex.normal, vertex.view, point);
-                if let Some((direction, weight)) = drawn {
-                    self.shadows
-                        .push(vertex, weight * lights.sky, direction, f64::INFINITY);
-                }
-            }
+            let points = self.draws.points(frame, samples, vertices, first_pair);
+            self.shadows.sky(vertices, materials, lights.sky, points);
             self.shadows.gather(frame, samples);
         }
     }

@@ -11,6 +11,18 @@ pub struct Basis<L = f64> {
     normal: Vec3<L>,
 }
 
+impl Basis {
+    /// The same basis in all lanes.
+    #[inline(always)]
+    pub fn in_lanes<L: Lanes<Scalar = f64>>(&self) -> Basis<L> {
+        Basis {
+            tangent: Vec3::splat(self.tangent),
+            bitangent: Vec3::splat(self.bitangent),
+            normal: Vec3::splat(self.normal),
+        }
+    }
+}
+
 impl<L: Lanes<Scalar = f64>> Basis<L> {
     /// The basis around `normal`.
     #[inline(always)]
@@ -55,11 +67,11 @@ pub fn cosine_hemisphere<L: Lanes<Scalar = f64>>([u, v]: [L; 2]) -> Vec3<L> {
 /// A unit vector uniformly distributed in the cone around +z of which `one_minus_cos` is 1 minus
 /// the cosine of the half angle (given so, because narrow cones lose the angle in the cosine).
 #[inline(always)]
-pub fn cone([u, v]: [f64; 2], one_minus_cos: f64) -> Vec3 {
+pub fn cone<L: Lanes<Scalar = f64>>([u, v]: [L; 2], one_minus_cos: L) -> Vec3<L> {
     let (sin, cos) = sin_cos_turns(v);
     let below = u * one_minus_cos;
-    let radius = (below * (2.0 - below)).sqrt();
-    Vec3::new(radius * cos, radius * sin, 1.0 - below)
+    let radius = (below * (L::splat(2.0) - below)).sqrt();
+    Vec3::new(radius * cos, radius * sin, L::splat(1.0) - below)
 }
 
 /// Sine and cosine of `turns` in [0, 1) whole turns, to 1e-8.

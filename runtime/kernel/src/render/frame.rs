@@ -6,12 +6,13 @@ use super::film::Layers;
 use super::light::Lights;
 use super::material::Material;
 use super::occlusion::Occlusion;
+use super::rays::RayLists;
 use super::samples::Samples;
 use super::tile::Tile;
 use super::vector::Vec3;
 use super::{Integrator, Picture};
 use crate::lanes::{Isa, Task, dispatch};
-use crate::ray::{Hit, Ray, Trace};
+use crate::ray::{Hit, Hits, Trace};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// The task, the same for all threads.
@@ -34,22 +35,16 @@ pub struct Frame<'a> {
 
 impl Frame<'_> {
     /// The closest hits of `rays`.
-    pub fn closest(&self, rays: &[Ray], hits: &mut Vec<Hit>) {
-        hits.resize(rays.len(), Hit::MISS);
+    pub fn closest(&self, rays: &RayLists, hits: &mut Hits) {
         self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
-        self.trace.closest(rays, hits);
+        self.trace.closest(rays.as_rays(), hits);
     }
 
     /// Whether the `rays` are occluded.
-    pub fn occluded(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+    pub fn occluded(&self, rays: &RayLists, occluded: &mut Vec<bool>) {
         occluded.resize(rays.len(), false);
         self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
-        self.trace.occluded(rays, occluded);
-    }
-
-    /// The material of a hit.
-    pub fn material(&self, hit: &Hit) -> &Material {
-        &self.materials[hit.material as usize]
+        self.trace.occluded(rays.as_rays(), occluded);
     }
 
     /// How much of what lies behind a hit is hidden there.
@@ -57,7 +52,7 @@ impl Frame<'_> {
         let varying = self
             .detail
             .and_then(|detail| detail.opacity(self.trace, hit));
-        varying.unwrap_or_else(|| self.material(hit).opacity)
+        varying.unwrap_or_else(|| self.materials[hit.material as usize].opacity)
     }
 
     /// Whether the render should end; checked between batches.
@@ -119,12 +114,12 @@ impl<'w> Task for Render<'w, '_> {
         };
         for first in (0..per_pixel).step_by(at_once as usize) {
             let last = per_pixel.min(first + at_once);
-            samples.see(frame, first..last, per_pixel);
+            samples.see::<I>(frame, first..last, per_pixel);
             match picture.integrator {
-                Integrator::Direct => worker.direct.light(frame, samples),
+                Integrator::Direct => worker.direct.light::<I>(frame, samples),
                 Integrator::AmbientOcclusion { distance } => {
                     let occlusion = &mut worker.occlusion;
-                    occlusion.light(frame, samples, distance, occlusion_rays);
+                    occlusion.light::<I>(frame, samples, distance, occlusion_rays);
                 }
                 Integrator::Normals => {
                     samples.show(|hit| Vec3::from(hit.normal) * 0.5 + Vec3::ONE * 0.5);

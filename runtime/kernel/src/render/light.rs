@@ -9,6 +9,7 @@ use super::camera::Camera;
 use super::direction::{Basis, cone};
 use super::shaping::Shaping;
 use super::vector::Vec3;
+use crate::lanes::{Lanes, MAX_WIDTH, Mask};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Light that arrives from within a cone of directions.
@@ -42,19 +43,19 @@ pub enum Light {
     Area(AreaLight),
 }
 
-/// One direction in which a light shines on a point.
+/// One direction in which a light shines on a point, for each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Illumination {
+pub struct Illumination<L = f64> {
     /// Unit vector towards the drawn part of the light.
-    pub towards: Vec3,
+    pub towards: Vec3<L>,
     /// Unit vector towards the middle of the light.
-    pub axis: Vec3,
+    pub axis: Vec3<L>,
     /// sin α, the light's angular radius.
-    pub sin: f64,
+    pub sin: L,
     /// Irradiance on a surface that faces `towards`, if all of the light shone from there.
-    pub irradiance: Vec3,
+    pub irradiance: Vec3<L>,
     /// Where along `towards` the light is.
-    pub distance: f64,
+    pub distance: L,
 }
 
 impl Light {
@@ -82,68 +83,126 @@ impl Light {
         }
     }
 
-    /// How the light shines on `point`, or None where it has no direction (in its centre).
+    /// How the light shines on points, and on which: not on those where it has no direction (in its
+    /// centre).
     #[inline(always)]
-    pub fn illuminate(&self, point: Vec3, sample: [f64; 2]) -> Option<Illumination> {
+    pub fn illuminate<L: Lanes<Scalar = f64>>(
+        &self,
+        point: Vec3<L>,
+        sample: [L; 2],
+    ) -> (L::Mask, Illumination<L>) {
+        let one = L::splat(1.0);
         match *self {
-            Light::Area(ref area) => area.illuminate(point, sample),
+            Light::Area(ref area) => Illumination::one_by_one(area, point, sample),
             Light::Sun {
                 basis,
                 towards,
                 weight,
                 one_minus_cos,
                 sin,
-            } => Some(Illumination {
-                towards: if sin > 0.0 {
-                    basis.world(cone(sample, one_minus_cos))
+            } => {
+                let axis = Vec3::splat(towards);
+                let towards = if sin > 0.0 {
+                    let local = cone(sample, L::splat(one_minus_cos));
+                    basis.in_lanes().world(local)
                 } else {
-                    towards
-                },
-                axis: towards,
-                sin,
-                irradiance: weight,
-                distance: f64::INFINITY,
-            }),
+                    axis
+                };
+                let illumination = Illumination {
+                    towards,
+                    axis,
+                    sin: L::splat(sin),
+                    irradiance: Vec3::splat(weight),
+                    distance: L::splat(f64::INFINITY),
+                };
+                (L::Mask::full(), illumination)
+            }
             Light::Point {
                 position,
                 intensity,
                 radius,
                 shaping,
             } => {
-                let shaped =
-                    |towards| intensity * shaping.map_or(1.0, |shaping| shaping.factor(towards));
-                let offset = position - point;
+                let offset = Vec3::splat(position) - point;
                 let distance = offset.dot(offset).sqrt();
-                if !(distance > 0.0 && distance < f64::INFINITY) {
-                    return None;
-                }
-                let axis = offset * (1.0 / distance);
-                let fall = 1.0 / distance;
+                let shines = distance.gt(L::zero()) & distance.lt(L::splat(f64::INFINITY));
+                let per_distance = one / distance;
+                let axis = offset * per_distance;
+                let irradiance = Vec3::splat(intensity) * per_distance * per_distance;
                 if radius == 0.0 {
-                    return Some(Illumination {
+                    let illumination = Illumination {
                         towards: axis,
                         axis,
-                        sin: 0.0,
-                        irradiance: shaped(axis) * fall * fall,
+                        sin: L::zero(),
+                        irradiance: irradiance * factor(&shaping, axis),
                         distance,
-                    });
+                    };
+                    return (shines, illumination);
                 }
-                let sin = (radius / distance).min(1.0);
-                let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
-                let local = cone(sample, sin * sin / (1.0 + cos));
+                let radius = L::splat(radius);
+                let sin = (radius / distance).min(one);
+                let cos = ((one - sin) * (one + sin)).sqrt();
+                let local = cone(sample, sin * sin / (one + cos));
                 // Where the direction enters the ball: nothing inside the ball shadows.
-                let across = distance * ((1.0 - local.z) * (1.0 + local.z)).sqrt();
-                let half_chord = ((radius - across) * (radius + across)).max(0.0).sqrt();
+                let across = distance * ((one - local.z) * (one + local.z)).sqrt();
+                let chord_square = (radius - across) * (radius + across);
+                let half_chord = chord_square.max(L::zero()).sqrt();
                 let towards = Basis::new(axis).world(local);
-                Some(Illumination {
+                let size = L::splat(2.0) / (one + cos);
+                let illumination = Illumination {
                     towards,
                     axis,
                     sin,
-                    irradiance: shaped(towards) * fall * fall * (2.0 / (1.0 + cos)),
+                    irradiance: irradiance * factor(&shaping, towards) * size,
                     distance: distance * local.z - half_chord,
-                })
+                };
+                (shines, illumination)
             }
         }
+    }
+}
+
+/// The part of a light that leaves against each of these directions to it.
+#[inline(always)]
+fn factor<L: Lanes<Scalar = f64>>(shaping: &Option<Shaping>, towards: Vec3<L>) -> L {
+    let Some(shaping) = shaping else {
+        return L::splat(1.0);
+    };
+    let mut factors = [0.0; MAX_WIDTH];
+    for (lane, factor) in factors[..L::WIDTH].iter_mut().enumerate() {
+        *factor = shaping.factor(towards.get(lane));
+    }
+    L::load(&factors)
+}
+
+impl<L: Lanes<Scalar = f64>> Illumination<L> {
+    /// How a surface shines on points: it is seen from one after the other.
+    #[inline(always)]
+    fn one_by_one(area: &AreaLight, point: Vec3<L>, [u, v]: [L; 2]) -> (L::Mask, Self) {
+        let mut shines = 0;
+        let mut columns = [[0.0; MAX_WIDTH]; 8];
+        for lane in 0..L::WIDTH {
+            let seen = area.illuminate(point.get(lane), [u.get(lane), v.get(lane)]);
+            if let Some(light) = seen {
+                shines |= 1 << lane;
+                let [x, y, z] = light.towards.to_array();
+                let [r, g, b] = light.irradiance.to_array();
+                let numbers = [x, y, z, r, g, b, light.sin, light.distance];
+                for (column, number) in columns.iter_mut().zip(numbers) {
+                    column[lane] = number;
+                }
+            }
+        }
+        let [x, y, z, r, g, b, sin, distance] = &columns;
+        let towards = Vec3::new(L::load(x), L::load(y), L::load(z));
+        let illumination = Illumination {
+            towards,
+            axis: towards,
+            sin: L::load(sin),
+            irradiance: Vec3::new(L::load(r), L::load(g), L::load(b)),
+            distance: L::load(distance),
+        };
+        (L::Mask::from_bits(shines), illumination)
     }
 }
 
@@ -209,7 +268,7 @@ mod tests {
         let count = 4096;
         (0..count)
             .map(|i| {
-                let light = light.illuminate(point, key.point(i, 0)).unwrap();
+                let light = light.illuminate(point, key.point(i, 0)).1;
                 light.irradiance.x * light.towards.dot(normal).max(0.0)
             })
             .sum::<f64>()
@@ -251,11 +310,11 @@ mod tests {
             shaping: None,
         };
         for i in 0..100 {
-            let light = ball.illuminate(Vec3::ZERO, key.point(i, 0)).unwrap();
+            let light = ball.illuminate(Vec3::ZERO, key.point(i, 0)).1;
             let from_centre = light.towards * light.distance - position;
             assert!((from_centre.dot(from_centre).sqrt() - 0.5).abs() < 1e-7);
         }
-        assert!(ball.illuminate(position, [0.5, 0.5]).is_none());
+        assert!(!ball.illuminate(position, [0.5, 0.5]).0);
     }
 
     #[test]

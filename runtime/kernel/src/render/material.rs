@@ -7,6 +7,7 @@
 use super::direction::{Basis, cosine_hemisphere, sin_cos_turns};
 use super::light::Illumination;
 use super::vector::Vec3;
+use crate::lanes::{Lanes, Mask};
 use std::f64::consts::PI;
 
 /// A material as in `compiler.ir.MATERIAL`, colours linear.
@@ -70,6 +71,25 @@ pub struct Material {
     coat: Option<Lobe>,
 }
 
+/// The materials of a scene, and those that are a vertex's own, numbered on from them.
+#[derive(Clone, Copy)]
+pub struct Materials<'a> {
+    /// The scene's.
+    pub scene: &'a [Material],
+    /// Vertices' own.
+    pub own: &'a [Material],
+}
+
+impl<'a> Materials<'a> {
+    /// Material of that number.
+    #[inline(always)]
+    pub fn get(&self, number: u32) -> &'a Material {
+        let number = number as usize;
+        let of_scene = self.scene.get(number);
+        of_scene.unwrap_or_else(|| &self.own[number - self.scene.len()])
+    }
+}
+
 /// Narrower lobes are widened to this: their highlights would fall between the samples.
 const SMALLEST_ALPHA: f64 = 1e-3;
 
@@ -113,17 +133,26 @@ impl Material {
     /// half vector turns half as far as the light): highlights of small lights on smooth
     /// surfaces are then free of noise.
     #[inline(always)]
-    pub fn reflect_light(&self, normal: Vec3, view: Vec3, light: &Illumination) -> Vec3 {
+    pub fn reflect_light<L: Lanes<Scalar = f64>>(
+        &self,
+        normal: Vec3<L>,
+        view: Vec3<L>,
+        light: &Illumination<L>,
+    ) -> Vec3<L> {
         let facing = normal.dot(light.towards);
-        if facing <= 0.0 {
-            return Vec3::ZERO;
+        let lit = facing.gt(L::zero());
+        let black = Vec3::splat(Vec3::ZERO);
+        if !lit.any() {
+            return black;
         }
-        if self.specular.is_none() && self.coat.is_none() {
-            return self.albedo * light.irradiance * (facing / PI);
-        }
-        let angles = Angles::new(normal, view, light.axis);
-        let widening = 0.25 * light.sin * light.sin;
-        self.reflectance(facing, &angles, widening) * light.irradiance
+        let reflected = if self.specular.is_none() && self.coat.is_none() {
+            Vec3::splat(self.albedo) * light.irradiance * (facing * L::splat(1.0 / PI))
+        } else {
+            let angles = Angles::new(normal, view, light.axis);
+            let widening = L::splat(0.25) * light.sin * light.sin;
+            self.reflectance(facing, &angles, widening) * light.irradiance
+        };
+        Vec3::select(lit, reflected, black)
     }
 
     /// A direction drawn for light from everywhere, and its weight: reflectance times cosine over
@@ -176,11 +205,17 @@ impl Material {
     /// Reflectance times cosine: `facing` is the cosine for the diffuse part, `angles` are for
     /// the lobes, whose α² grows by `widening`.
     #[inline(always)]
-    fn reflectance(&self, facing: f64, angles: &Angles, widening: f64) -> Vec3 {
-        let mut result = self.albedo * (facing / PI);
-        for lobe in [self.specular, self.coat].into_iter().flatten() {
+    fn reflectance<L: Lanes<Scalar = f64>>(
+        &self,
+        facing: L,
+        angles: &Angles<L>,
+        widening: L,
+    ) -> Vec3<L> {
+        let mut result = Vec3::splat(self.albedo) * (facing * L::splat(1.0 / PI));
+        for lobe in [&self.specular, &self.coat].into_iter().flatten() {
             let fresnel = lobe.fresnel(angles.cos_half);
-            result = result * (Vec3::ONE - fresnel) + fresnel * lobe.scale(angles, widening);
+            let passed = Vec3::splat(Vec3::ONE) - fresnel;
+            result = result * passed + fresnel * lobe.scale(angles, widening);
         }
         result
     }
@@ -190,22 +225,23 @@ impl Material {
 const SMALLEST_COSINE: f64 = 1e-6;
 
 /// The cosines on which a lobe depends.
-struct Angles {
-    cos_view: f64,
-    cos_light: f64,
-    cos_normal: f64,
-    cos_half: f64,
+struct Angles<L = f64> {
+    cos_view: L,
+    cos_light: L,
+    cos_normal: L,
+    cos_half: L,
 }
 
-impl Angles {
+impl<L: Lanes<Scalar = f64>> Angles<L> {
     #[inline(always)]
-    fn new(normal: Vec3, view: Vec3, light: Vec3) -> Angles {
+    fn new(normal: Vec3<L>, view: Vec3<L>, light: Vec3<L>) -> Angles<L> {
+        let (zero, one) = (L::zero(), L::splat(1.0));
         let half = (view + light).normalized();
         Angles {
-            cos_view: normal.dot(view).max(SMALLEST_COSINE),
+            cos_view: normal.dot(view).max(L::splat(SMALLEST_COSINE)),
             cos_light: normal.dot(light),
-            cos_normal: normal.dot(half).clamp(0.0, 1.0),
-            cos_half: view.dot(half).clamp(0.0, 1.0),
+            cos_normal: normal.dot(half).max(zero).min(one),
+            cos_half: view.dot(half).max(zero).min(one),
         }
     }
 }
@@ -213,30 +249,34 @@ impl Angles {
 impl Lobe {
     /// Schlick's factor.
     #[inline(always)]
-    fn fresnel(&self, cos: f64) -> Vec3 {
-        let x = 1.0 - cos;
+    fn fresnel<L: Lanes<Scalar = f64>>(&self, cos: L) -> Vec3<L> {
+        let one = L::splat(1.0);
+        let x = one - cos;
         let square = x * x;
         let grazing = square * square * x;
-        self.f0 * (1.0 - grazing) + Vec3::ONE * (self.f90 * grazing)
+        let edge = grazing * L::splat(self.f90);
+        Vec3::splat(self.f0) * (one - grazing) + Vec3::new(edge, edge, edge)
     }
 
     /// Distribution times shadowing times cosine over 4 cos cos: the lobe without its Fresnel
     /// factor.
     #[inline(always)]
-    fn scale(&self, angles: &Angles, widening: f64) -> f64 {
+    fn scale<L: Lanes<Scalar = f64>>(&self, angles: &Angles<L>, widening: L) -> L {
         let &Angles {
             cos_view,
             cos_light,
             cos_normal,
             ..
         } = angles;
-        if cos_light <= 0.0 {
-            return 0.0;
-        }
-        let a2 = self.alpha * self.alpha + widening;
-        let slope = |cos: f64| (a2 + (1.0 - a2) * cos * cos).sqrt();
-        let shadowing = 0.5 / (cos_light * slope(cos_view) + cos_view * slope(cos_light));
-        distribution(a2, cos_normal) * shadowing * cos_light
+        let one = L::splat(1.0);
+        let a2 = L::splat(self.alpha * self.alpha) + widening;
+        let slope_view = (a2 + (one - a2) * cos_view * cos_view).sqrt();
+        let slope_light = (a2 + (one - a2) * cos_light * cos_light).sqrt();
+        let d = one - (one - a2) * cos_normal * cos_normal;
+        // D · shadowing · cos = a² / (π d²) · 1 / (2 (l·slope(v) + v·slope(l))) · l
+        let below = d * d * (cos_light * slope_view + cos_view * slope_light);
+        let scale = a2 * cos_light / below * L::splat(0.5 / PI);
+        L::select(cos_light.gt(L::zero()), scale, L::zero())
     }
 
     /// Density with which [`Lobe::draw`] gives the direction of these angles.

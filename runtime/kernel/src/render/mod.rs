@@ -17,6 +17,7 @@ pub mod light;
 pub mod material;
 mod occlusion;
 mod order;
+pub(crate) mod rays;
 pub mod sampler;
 mod samples;
 mod shadows;

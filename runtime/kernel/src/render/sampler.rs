@@ -6,6 +6,7 @@
 //! variant by Vegdahl). Any aligned power-of-two run of samples is therefore stratified in every
 //! elementary interval, and no state is carried from sample to sample.
 
+use super::rays::make_room;
 use crate::lanes::{InstructionSet, Isa, Task, dispatch};
 
 /// What tells the sample points of a pixel from those of others.
@@ -44,15 +45,16 @@ impl PixelKey {
     }
 }
 
-/// Points of a pair of dimensions: `points[i]` becomes number `indices[i]` of the pixel `keys[i]`.
+/// Points of a pair of dimensions, by coordinate: the i-th becomes number `indices[i]` of the pixel
+/// `keys[i]`.
 pub fn points(
     set: InstructionSet,
     keys: &[PixelKey],
     indices: &[u32],
     pair: u32,
-    points: &mut Vec<[f64; 2]>,
+    points: &mut [Vec<f64>; 2],
 ) {
-    points.resize(keys.len(), [0.0; 2]);
+    make_room(points, keys.len());
     dispatch(
         set,
         Draw {
@@ -69,7 +71,7 @@ struct Draw<'a> {
     keys: &'a [PixelKey],
     indices: &'a [u32],
     pair: u32,
-    points: &'a mut [[f64; 2]],
+    points: &'a mut [Vec<f64>; 2],
 }
 
 impl Task for Draw<'_> {
@@ -77,9 +79,10 @@ impl Task for Draw<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let [u, v] = self.points;
         let drawn = self.keys.iter().zip(self.indices);
-        for (point, (key, &index)) in self.points.iter_mut().zip(drawn) {
-            *point = key.point(index, self.pair);
+        for ((u, v), (key, &index)) in u.iter_mut().zip(v).zip(drawn) {
+            [*u, *v] = key.point(index, self.pair);
         }
     }
 }

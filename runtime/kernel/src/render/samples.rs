@@ -1,10 +1,12 @@
 //! The camera samples of a tile: their rays, what they see first, and their sums.
 use super::film::Layers;
 use super::frame::Frame;
+use super::rays::{RayLists, make_room};
 use super::sampler::{PixelKey, points};
 use super::tile::Tile;
 use super::vector::Vec3;
-use crate::ray::{Hit, Ray};
+use crate::lanes::{Isa, axes};
+use crate::ray::{Hit, Hits};
 use std::ops::Range;
 
 /// The pair of sample dimensions of the place in the pixel.
@@ -17,9 +19,9 @@ const PIXEL: u32 = 0;
 #[derive(Default)]
 pub struct Samples {
     /// Of each slot: the camera ray and its closest hit.
-    pub rays: Vec<Ray>,
+    pub rays: RayLists,
     /// See `rays`.
-    pub hits: Vec<Hit>,
+    pub hits: Hits,
     /// Of each slot: what is seen, premultiplied, and how much of the ray is covered.
     pub radiance: Vec<Vec3>,
     /// See `radiance`.
@@ -28,7 +30,10 @@ pub struct Samples {
     pub keys: Vec<PixelKey>,
     /// See `keys`.
     pub indices: Vec<u32>,
-    points: Vec<[f64; 2]>,
+    /// Of each slot, where in its pixel the ray goes through, by column.
+    points: [Vec<f64>; 2],
+    /// The same in the picture.
+    window: [Vec<f64>; 2],
     range: Range<u32>,
     tile: Tile,
     /// Of each pixel of the tile: its column and row there.
@@ -98,7 +103,7 @@ impl Samples {
     ///
     /// A single sample is taken at the pixel's centre.
     #[inline(always)]
-    pub fn see(&mut self, frame: &Frame, range: Range<u32>, per_pixel: u32) {
+    pub fn see<I: Isa>(&mut self, frame: &Frame, range: Range<u32>, per_pixel: u32) {
         let each = range.len();
         let count = each * self.places.len();
         self.keys.resize(count, PixelKey::seed(0));
@@ -114,8 +119,8 @@ impl Samples {
             }
         }
         if per_pixel == 1 {
-            self.points.clear();
-            self.points.resize(count, [0.5, 0.5]);
+            make_room(&mut self.points, count);
+            self.points.iter_mut().for_each(|column| column.fill(0.5));
         } else {
             points(
                 frame.picture.set,
@@ -126,12 +131,18 @@ impl Samples {
             );
         }
         self.range = range;
-        self.rays.clear();
-        for (place, points) in self.places.iter().zip(self.points.chunks_exact(each)) {
-            let [x, y] = [self.tile.x + place[0], self.tile.y + place[1]].map(f64::from);
-            self.rays
-                .extend(points.iter().map(|&[u, v]| frame.view.ray(x + u, y + v)));
+        make_room(&mut self.window, count);
+        for (axis, corner) in [self.tile.x, self.tile.y].into_iter().enumerate() {
+            let window = self.window[axis].chunks_exact_mut(each);
+            let points = self.points[axis].chunks_exact(each);
+            for (place, (window, points)) in self.places.iter().zip(window.zip(points)) {
+                let pixel = f64::from(corner + place[axis]);
+                for (there, point) in window.iter_mut().zip(points) {
+                    *there = pixel + point;
+                }
+            }
         }
+        frame.view.aim::<I>(&self.window, count, &mut self.rays);
         self.choose_nearest();
         self.radiance.clear();
         self.radiance.resize(count, Vec3::ZERO);
@@ -144,33 +155,38 @@ impl Samples {
     #[inline(always)]
     fn choose_nearest(&mut self) {
         let each = self.range.len();
-        let of_pixels = self.points.chunks_exact(each).enumerate();
-        for (first, (pixel, points)) in self.first.iter_mut().zip(of_pixels) {
-            first.nearest = None;
-            for (sample, &[u, v]) in points.iter().enumerate() {
+        let [u, v] = &self.points;
+        let of_pixels = u.chunks_exact(each).zip(v.chunks_exact(each)).enumerate();
+        for (first, (pixel, (u, v))) in self.first.iter_mut().zip(of_pixels) {
+            let (mut least, mut nearest) = (first.distance, None);
+            for (sample, (&u, &v)) in u.iter().zip(v).enumerate() {
                 let distance = (u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5);
-                if distance < first.distance {
-                    *first = First {
-                        distance,
-                        nearest: Some(pixel * each + sample),
-                        depth: f64::INFINITY,
-                        normal: [0.0; 3],
-                        instance: -1,
-                    };
+                if distance < least {
+                    (least, nearest) = (distance, Some(pixel * each + sample));
                 }
+            }
+            first.nearest = nearest;
+            if nearest.is_some() {
+                *first = First {
+                    distance: least,
+                    nearest,
+                    depth: f64::INFINITY,
+                    normal: [0.0; 3],
+                    instance: -1,
+                };
             }
         }
     }
 
-    /// Notes `hit`, at `depth` along the viewing axis, as the first thing that `slot` sees.
+    /// Notes hit number `hit`, at `depth` along the viewing axis, as the first thing that `slot` sees.
     #[inline(always)]
-    pub fn note(&mut self, slot: usize, depth: f64, hit: &Hit) {
+    pub fn note(&mut self, slot: usize, depth: f64, hit: usize) {
         let first = &mut self.first[(slot as u32 / self.range.len() as u32) as usize];
         if first.nearest == Some(slot) {
             first.nearest = None;
             first.depth = depth;
-            first.normal = hit.normal;
-            first.instance = hit.instance;
+            first.normal = axes!(|axis| self.hits.normal[axis][hit]);
+            first.instance = self.hits.instance[hit];
         }
     }
 
@@ -178,9 +194,9 @@ impl Samples {
     #[inline(always)]
     pub fn show(&mut self, color: impl Fn(&Hit) -> Vec3) {
         for slot in 0..self.hits.len() {
-            let hit = self.hits[slot];
+            let hit = self.hits.get(slot);
             if hit.instance >= 0 {
-                self.note(slot, hit.t, &hit);
+                self.note(slot, hit.t, slot);
                 self.radiance[slot] = color(&hit);
                 self.alpha[slot] = 1.0;
             }
@@ -195,7 +211,8 @@ impl Samples {
             .radiance
             .chunks_exact(count)
             .zip(self.alpha.chunks_exact(count));
-        for (sum, (radiance, alpha)) in self.sums.iter_mut().zip(slots) {
+        for (pixel, (radiance, alpha)) in self.sums.iter_mut().zip(slots) {
+            let mut sum = *pixel;
             for (&radiance, &alpha) in radiance.iter().zip(alpha) {
                 // A light or surface at the edge of the number range must not spoil the pixel.
                 let color = if radiance.is_finite() {
@@ -208,6 +225,7 @@ impl Samples {
                 sum.alpha += alpha;
                 sum.luminance_squared += luminance * luminance;
             }
+            *pixel = sum;
         }
     }
 

@@ -2,64 +2,177 @@
 use super::direct::LAYERS;
 use super::frame::Frame;
 use super::light::Light;
-use super::material::Material;
+use super::material::Materials;
+use super::rays::{RayLists, make_room};
 use super::samples::Samples;
 use super::vector::Vec3;
-use super::vertex::{Vertex, beyond};
-use crate::ray::{Hit, Ray};
+use super::vertex::{Vertices, beyond};
+use crate::lanes::{Lanes, Mask};
+use crate::ray::Hits;
 
 /// A batch of shadow rays, and what each adds to its slot unless it is occluded.
 #[derive(Default)]
 pub struct Shadows {
-    rays: Vec<Ray>,
-    contributions: Vec<Contribution>,
+    rays: RayLists,
+    slots: Vec<u32>,
+    light: [Vec<f64>; 3],
     occluded: Vec<bool>,
-    hits: Vec<Hit>,
-}
-
-struct Contribution {
-    slot: usize,
-    light: Vec3,
+    hits: Hits,
 }
 
 impl Shadows {
-    /// Adds what `vertex`, of that material, reflects of a light at that sample point.
+    /// Begins a batch for so many vertices.
     #[inline(always)]
-    pub fn light(&mut self, vertex: &Vertex, material: &Material, light: &Light, point: [f64; 2]) {
-        if let Some(light) = light.illuminate(vertex.origin, point) {
-            let reflected = material.reflect_light(vertex.normal, vertex.view, &light);
-            self.push(vertex, reflected, light.towards, light.distance);
+    fn start(&mut self, count: usize) {
+        self.rays.resize(count);
+        self.rays.t_min.fill(0.0);
+        self.slots.clear();
+        make_room(&mut self.light, count);
+    }
+
+    /// Makes the batch that of a light on all vertices, at one sample point for each if its shadows
+    /// are soft.
+    #[inline(always)]
+    pub fn light<L: Lanes<Scalar = f64>>(
+        &mut self,
+        vertices: &Vertices,
+        materials: Materials,
+        light: &Light,
+        points: Option<&[Vec<f64>; 2]>,
+    ) {
+        self.start(vertices.len());
+        for first in (0..vertices.len()).step_by(L::WIDTH) {
+            let len = L::WIDTH.min(vertices.len() - first);
+            let origin: Vec3<L> = Vec3::load(&vertices.origin, first);
+            let point = match points {
+                Some([u, v]) => [L::load(&u[first..]), L::load(&v[first..])],
+                None => [L::zero(); 2],
+            };
+            let (shines, light) = light.illuminate(origin, point);
+            let normal = Vec3::load(&vertices.normal, first);
+            let view = Vec3::load(&vertices.view, first);
+            let numbers = &vertices.materials[first..first + len];
+            let mut reflected = Vec3::splat(Vec3::ZERO);
+            let mut left = (shines & Mask::first(len)).bits();
+            while left != 0 {
+                let number = numbers[left.trailing_zeros() as usize];
+                let mut same = 0;
+                for (lane, &other) in numbers.iter().enumerate() {
+                    same |= u32::from(other == number) << lane;
+                }
+                let of_material = materials.get(number).reflect_light(normal, view, &light);
+                let same = same & left;
+                reflected = Vec3::select(Mask::from_bits(same), of_material, reflected);
+                left &= !same;
+            }
+            let reflected = reflected * L::load(&vertices.weights[first..]);
+            let zero = L::zero();
+            let dark = reflected.x.eq(zero) & reflected.y.eq(zero) & reflected.z.eq(zero);
+            let lit = L::Mask::first(len).and_not(dark).bits();
+            self.push(
+                vertices,
+                first,
+                lit,
+                reflected,
+                origin,
+                light.towards,
+                light.distance,
+            );
+        }
+        self.rays.truncate(self.slots.len());
+    }
+
+    /// Adds the lit ones of W vertices from number `first` on.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn push<L: Lanes<Scalar = f64>>(
+        &mut self,
+        vertices: &Vertices,
+        first: usize,
+        lit: u32,
+        light: Vec3<L>,
+        origin: Vec3<L>,
+        towards: Vec3<L>,
+        distance: L,
+    ) {
+        // Written whole, and over each other where some are not lit.
+        let base = self.slots.len();
+        light.store(&mut self.light, base);
+        origin.store(&mut self.rays.origin, base);
+        towards.store(&mut self.rays.direction, base);
+        distance.store(&mut self.rays.t_max[base..]);
+        if lit == (1 << L::WIDTH) - 1 {
+            self.slots
+                .extend_from_slice(&vertices.slots[first..first + L::WIDTH]);
+            return;
+        }
+        let mut left = lit;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (to, from) = (self.slots.len(), base + lane);
+            for axis in 0..3 {
+                self.light[axis][to] = self.light[axis][from];
+                self.rays.origin[axis][to] = self.rays.origin[axis][from];
+                self.rays.direction[axis][to] = self.rays.direction[axis][from];
+            }
+            self.rays.t_max[to] = self.rays.t_max[from];
+            self.slots.push(vertices.slots[first + lane]);
         }
     }
 
-    /// Adds light that `vertex` reflects and that comes along `direction` from `distance` away.
+    /// Makes the batch that of a sky on all vertices, in one direction drawn for each.
     #[inline(always)]
-    pub fn push(&mut self, vertex: &Vertex, light: Vec3, direction: Vec3, distance: f64) {
-        if light != Vec3::ZERO {
-            let light = light * vertex.weight;
-            self.contributions.push(Contribution {
-                slot: vertex.slot,
-                light,
-            });
-            self.rays.push(vertex.ray(direction, distance));
+    pub fn sky(
+        &mut self,
+        vertices: &Vertices,
+        materials: Materials,
+        radiance: Vec3,
+        [u, v]: &[Vec<f64>; 2],
+    ) {
+        self.start(vertices.len());
+        for vertex in 0..vertices.len() {
+            let material = materials.get(vertices.materials[vertex]);
+            let normal = Vec3::load(&vertices.normal, vertex);
+            let view = Vec3::load(&vertices.view, vertex);
+            let drawn = material.draw(normal, view, [u[vertex], v[vertex]]);
+            if let Some((direction, weight)) = drawn {
+                let light = weight * radiance * vertices.weights[vertex];
+                let lit = u32::from(light != Vec3::ZERO);
+                let origin = Vec3::load(&vertices.origin, vertex);
+                self.push(
+                    vertices,
+                    vertex,
+                    lit,
+                    light,
+                    origin,
+                    direction,
+                    f64::INFINITY,
+                );
+            }
         }
+        self.rays.truncate(self.slots.len());
     }
 
-    /// Traces the rays, adds what arrives to the samples, and empties the batch.
+    /// Adds light to the sample of number `i` of the batch.
+    #[inline(always)]
+    fn arrive(&self, i: usize, samples: &mut Samples) {
+        samples.radiance[self.slots[i] as usize] += Vec3::load(&self.light, i);
+    }
+
+    /// Traces the rays and adds what arrives to the samples.
     #[inline(always)]
     pub fn gather(&mut self, frame: &Frame, samples: &mut Samples) {
         if frame.transparent {
             self.gather_through(frame, samples);
         } else if !frame.is_cancelled() {
             frame.occluded(&self.rays, &mut self.occluded);
-            for (contribution, &occluded) in self.contributions.iter().zip(&self.occluded) {
-                if !occluded {
-                    samples.radiance[contribution.slot] += contribution.light;
+            for i in 0..self.rays.len() {
+                if !self.occluded[i] {
+                    self.arrive(i, samples);
                 }
             }
         }
-        self.rays.clear();
-        self.contributions.clear();
     }
 
     /// The same where surfaces may let a part of the light through.
@@ -70,22 +183,22 @@ impl Shadows {
             }
             frame.closest(&self.rays, &mut self.hits);
             let mut left = 0;
-            for index in 0..self.rays.len() {
-                let Contribution { slot, light } = self.contributions[index];
-                let hit = self.hits[index];
+            for i in 0..self.rays.len() {
+                let hit = self.hits.get(i);
                 if hit.instance < 0 {
-                    samples.radiance[slot] += light;
+                    self.arrive(i, samples);
                     continue;
                 }
                 let opacity = frame.opacity(&hit);
                 if opacity < 1.0 {
-                    let light = light * (1.0 - opacity);
-                    self.contributions[left] = Contribution { slot, light };
-                    self.rays[left] = beyond(&self.rays[index], &hit);
+                    self.slots[left] = self.slots[i];
+                    let light: Vec3 = Vec3::load(&self.light, i);
+                    (light * (1.0 - opacity)).store(&mut self.light, left);
+                    let ray = beyond(&self.rays.get(i), &hit);
+                    self.rays.set(left, &ray);
                     left += 1;
                 }
             }
-            self.contributions.truncate(left);
             self.rays.truncate(left);
         }
     }

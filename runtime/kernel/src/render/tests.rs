@@ -1,6 +1,6 @@
 //! Whole pictures of a few spheres, traced by brute force.
 use super::*;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Hits, Ray, Rays};
 use camera::Projection;
 use light::Light;
 use material::Parameters;
@@ -44,15 +44,16 @@ impl Spheres {
 }
 
 impl Trace for Spheres {
-    fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.hit(ray);
+    fn closest(&self, rays: Rays, hits: &mut Hits) {
+        hits.resize(rays.len());
+        for i in 0..rays.len() {
+            hits.set(i, &self.hit(&rays.get(i)));
         }
     }
 
-    fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.hit(ray).instance >= 0;
+    fn occluded(&self, rays: Rays, occluded: &mut [bool]) {
+        for (i, occluded) in occluded.iter_mut().enumerate() {
+            *occluded = self.hit(&rays.get(i)).instance >= 0;
         }
     }
 }

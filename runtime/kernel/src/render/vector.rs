@@ -68,6 +68,40 @@ impl<L: Lanes<Scalar = f64>> Vec3<L> {
         self * (L::splat(1.0) / self.dot(self).sqrt())
     }
 
+    /// Those from number `first` on of columns of components.
+    #[inline(always)]
+    pub fn load([x, y, z]: &[Vec<f64>; 3], first: usize) -> Vec3<L> {
+        Vec3::new(
+            L::load(&x[first..]),
+            L::load(&y[first..]),
+            L::load(&z[first..]),
+        )
+    }
+
+    /// Writes the components to columns, from number `first` on.
+    #[inline(always)]
+    pub fn store(self, [x, y, z]: &mut [Vec<f64>; 3], first: usize) {
+        self.x.store(&mut x[first..]);
+        self.y.store(&mut y[first..]);
+        self.z.store(&mut z[first..]);
+    }
+
+    /// The vector of lane `i`.
+    #[inline(always)]
+    pub fn get(self, i: usize) -> Vec3 {
+        Vec3::new(self.x.get(i), self.y.get(i), self.z.get(i))
+    }
+
+    /// `yes` where the mask is set, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Vec3<L>, no: Vec3<L>) -> Vec3<L> {
+        Vec3::new(
+            L::select(mask, yes.x, no.x),
+            L::select(mask, yes.y, no.y),
+            L::select(mask, yes.z, no.z),
+        )
+    }
+
     /// The components as an array.
     #[inline(always)]
     pub fn to_array(self) -> [L; 3] {

@@ -1,75 +1,110 @@
-//! A point on a surface that a camera ray sees.
+//! Points on surfaces that camera rays see.
 use super::frame::Frame;
-use super::material::Material;
+use super::rays::{RayLists, make_room};
 use super::sampler::{PixelKey, points};
 use super::samples::Samples;
 use super::vector::Vec3;
-use crate::ray::{Hit, Ray};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH};
+use crate::ray::{Hit, Hits, Ray};
 
-/// Where secondary rays start, and what shading needs to know.
-#[derive(Clone, Copy, Debug)]
-pub struct Vertex {
-    /// The slot that sees it.
-    pub slot: usize,
-    /// Index of its material: of those of the scene, or beyond them, see [`Vertex::material`].
-    pub material: usize,
+/// Where secondary rays start, and what shading needs to know, an array for each number.
+///
+/// First vertices are pushed, then [`placed`](Vertices::place) all at once. The side that faces the
+/// ray is shaded.
+#[derive(Default)]
+pub struct Vertices {
+    /// The slot that sees each.
+    pub slots: Vec<u32>,
+    /// Index of each one's material: of those of the scene, or beyond them of those that are one
+    /// vertex's own.
+    pub materials: Vec<u32>,
     /// The part of its light that reaches the camera.
-    pub weight: f64,
+    pub weights: Vec<f64>,
+    /// The number of its ray and hit.
+    hits: Vec<u32>,
     /// The point, offset to the side that is seen.
-    pub origin: Vec3,
+    pub origin: [Vec<f64>; 3],
     /// Unit normal to shade with, on that side.
-    pub normal: Vec3,
+    pub normal: [Vec<f64>; 3],
     /// Unit vector towards the camera.
-    pub view: Vec3,
+    pub view: [Vec<f64>; 3],
 }
 
-impl Vertex {
-    /// The vertex where `ray` hits. The side that faces the ray is shaded.
+/// Numbers of a column at W places: those from the first on, or gathered.
+#[inline(always)]
+fn gather<L: Lanes<Scalar = f64>>(column: &[f64], places: &[u32]) -> L {
+    let first = places[0] as usize;
+    let last = places[places.len() - 1] as usize;
+    if places.len() == L::WIDTH && last - first == L::WIDTH - 1 {
+        return L::load(&column[first..]);
+    }
+    let mut numbers = [0.0; MAX_WIDTH];
+    for (number, &place) in numbers.iter_mut().zip(places) {
+        *number = column[place as usize];
+    }
+    L::load(&numbers)
+}
+
+/// The same of three columns.
+#[inline(always)]
+fn gather_vector<L: Lanes<Scalar = f64>>([x, y, z]: &[Vec<f64>; 3], places: &[u32]) -> Vec3<L> {
+    Vec3::new(gather(x, places), gather(y, places), gather(z, places))
+}
+
+impl Vertices {
+    /// How many there are.
     #[inline(always)]
-    pub fn new(slot: usize, weight: f64, ray: &Ray, hit: &Hit) -> Vertex {
-        let view = -Vec3::from(ray.direction).normalized();
-        let outward = Vec3::from(hit.normal);
-        let normal = if outward.dot(view) < 0.0 {
-            -outward
-        } else {
-            outward
-        };
-        Vertex {
-            slot,
-            material: hit.material as usize,
-            weight,
-            origin: hit.spawn(view.to_array()).into(),
-            normal,
-            view,
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Forgets all.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.slots.clear();
+        self.materials.clear();
+        self.weights.clear();
+        self.hits.clear();
+    }
+
+    /// Adds a vertex of a slot where ray number `hit` hits, later than those before.
+    #[inline(always)]
+    pub fn push(&mut self, slot: usize, hit: usize, material: usize, weight: f64) {
+        self.slots.push(slot as u32);
+        self.materials.push(material as u32);
+        self.weights.push(weight);
+        self.hits.push(hit as u32);
+    }
+
+    /// Finds points, normals and views where these rays hit.
+    #[inline(always)]
+    pub fn place<I: Isa>(&mut self, rays: &RayLists, hits: &Hits) {
+        let (len, width) = (self.len(), I::F64::WIDTH);
+        make_room(&mut self.origin, len);
+        make_room(&mut self.normal, len);
+        make_room(&mut self.view, len);
+        self.weights.resize(len + MAX_WIDTH, 0.0);
+        for first in (0..len).step_by(width) {
+            let places = &self.hits[first..len.min(first + width)];
+            let direction: Vec3<I::F64> = gather_vector(&rays.direction, places);
+            let outward: Vec3<I::F64> = gather_vector(&hits.normal, places);
+            let position: Vec3<I::F64> = gather_vector(&hits.position, places);
+            let offset: I::F64 = gather(&hits.offset, places);
+            let view = -direction.normalized();
+            let behind = outward.dot(view).lt(I::F64::zero());
+            let normal = Vec3::select(behind, -outward, outward);
+            (position + normal * offset).store(&mut self.origin, first);
+            normal.store(&mut self.normal, first);
+            view.store(&mut self.view, first);
         }
     }
 
-    /// Shades with another outward normal; the side that is seen stays that of the geometric one.
-    #[inline]
-    pub fn shade_with(&mut self, outward: Vec3) {
-        self.normal = if outward.dot(self.normal) < 0.0 {
-            -outward
-        } else {
-            outward
-        };
-    }
-
-    /// Its material: one of the scene's, or one made for this vertex alone.
-    #[inline(always)]
-    pub fn material<'a>(&self, scene: &'a [Material], own: &'a [Material]) -> &'a Material {
-        let of_scene = scene.get(self.material);
-        of_scene.unwrap_or_else(|| &own[self.material - scene.len()])
-    }
-
-    /// The ray from here in a direction on the normal's side.
-    #[inline(always)]
-    pub fn ray(&self, direction: Vec3, t_max: f64) -> Ray {
-        Ray {
-            origin: self.origin.to_array(),
-            direction: direction.to_array(),
-            t_min: 0.0,
-            t_max,
-        }
+    /// Shades vertex number `i` with another outward normal; the side that is seen stays that of
+    /// the geometric one.
+    pub fn shade_with(&mut self, i: usize, outward: Vec3) {
+        let normal: Vec3 = Vec3::load(&self.normal, i);
+        let seen = Vec3::select(outward.dot(normal) < 0.0, -outward, outward);
+        seen.store(&mut self.normal, i);
     }
 }
 
@@ -78,28 +113,24 @@ impl Vertex {
 pub struct Draws {
     keys: Vec<PixelKey>,
     indices: Vec<u32>,
-    points: Vec<[f64; 2]>,
+    points: [Vec<f64>; 2],
 }
 
 impl Draws {
-    /// For each vertex a point of a pair of dimensions, number `index(sample)`.
+    /// For each vertex the point of a pair of dimensions that is its sample's, by column.
     pub fn points(
         &mut self,
         frame: &Frame,
         samples: &Samples,
-        vertices: &[Vertex],
+        vertices: &Vertices,
         pair: u32,
-        index: impl Fn(u32) -> u32,
-    ) -> &[[f64; 2]] {
+    ) -> &[Vec<f64>; 2] {
         self.keys.clear();
-        self.keys
-            .extend(vertices.iter().map(|vertex| samples.keys[vertex.slot]));
         self.indices.clear();
-        self.indices.extend(
-            vertices
-                .iter()
-                .map(|vertex| index(samples.indices[vertex.slot])),
-        );
+        for &slot in &vertices.slots {
+            self.keys.push(samples.keys[slot as usize]);
+            self.indices.push(samples.indices[slot as usize]);
+        }
         points(
             frame.picture.set,
             &self.keys,

@@ -92,26 +92,42 @@ pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
     (distance, out.mul_add(radial, up * d[1]) / distance)
 }
 
-/// The point at distance b from the core and the normal, of a solid of revolution; `None` if p is
-/// in its core.
+/// The point at distance b from the core and the normal, of a solid of revolution; and whether p is
+/// in its core, where they mean nothing.
 #[inline(always)]
-pub(super) fn surface_around_axis(
+pub(super) fn surface_around_axis<L: Lanes<Scalar = f64>>(
     solid: &impl Revolved<f64>,
     bevel: f64,
-    [x, y, z]: [f64; 3],
-) -> Option<([f64; 3], [f64; 3])> {
-    let rho = x.hypot(z);
+    [x, y, z]: [L; 3],
+) -> (([L; 3], [L; 3]), L::Mask) {
+    let zero = L::zero();
+    let bevel = L::splat(bevel);
+    let rho = x.mul_add(x, z * z).sqrt();
     let (out, up) = solid.offset(rho, y);
-    let distance = out.hypot(up);
-    let (u, w) = if rho > 0.0 {
-        (x / rho, z / rho)
-    } else {
-        (0.0, 0.0)
-    };
+    let distance = out.mul_add(out, up * up).sqrt();
+    let off_axis = rho.gt(zero);
+    let (u, w) = (
+        L::select(off_axis, x / rho, zero),
+        L::select(off_axis, z / rho, zero),
+    );
     let (out_normal, up_normal) = (out / distance, up / distance);
     let around = bevel.mul_add(out_normal, rho - out);
     let point = [around * u, bevel.mul_add(up_normal, y - up), around * w];
-    (distance > 0.0).then_some((point, [out_normal * u, up_normal, out_normal * w]))
+    let normal = [out_normal * u, up_normal, out_normal * w];
+    ((point, normal), distance.le(zero))
+}
+
+/// Points and normals: the first where the mask is set.
+#[inline(always)]
+pub(super) fn select_surface<L: Lanes>(
+    mask: L::Mask,
+    yes: ([L; 3], [L; 3]),
+    no: ([L; 3], [L; 3]),
+) -> ([L; 3], [L; 3]) {
+    (
+        axes!(|i| L::select(mask, yes.0[i], no.0[i])),
+        axes!(|i| L::select(mask, yes.1[i], no.1[i])),
+    )
 }
 
 /// The first crossing that the ray accepts.

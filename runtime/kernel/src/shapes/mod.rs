@@ -175,7 +175,7 @@ impl<F: Scalar> Shape<F> {
     /// The point of the surface nearest to `p` (which is on it but for rounding) that keeps `room`
     /// from the edges of its face, and the unit outward normal there; all in shape space.
     #[inline(always)]
-    pub fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+    pub fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
         match &self.exact {
             Solid::Sphere(shape) => shape.surface(p),
             Solid::Cuboid(shape) => shape.surface(p, room),
@@ -183,7 +183,7 @@ impl<F: Scalar> Shape<F> {
             Solid::Disc(shape) => shape.surface(p),
             Solid::Rectangle(shape) => shape.surface(p),
             Solid::Plane => ray_plane::surface(p),
-            Solid::Triangle(shape) => shape.surface(p, 0.0),
+            Solid::Triangle(shape) => shape.surface(p),
             Solid::Cone(shape) => shape.surface(p, room),
             Solid::Torus(shape) => shape.surface(p),
             Solid::Ring(shape) => shape.surface(p, room),

@@ -2,10 +2,10 @@
 //!
 //! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i −
 //! high_i or p_i − low_i, else 0. δ = |e|, δ' = e·d/|e|.
-use crate::lanes::{Lanes, axes};
+use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
-use super::dilation::{self, Dilated};
+use super::dilation::{self, Dilated, select_surface};
 use super::dop::dot;
 use super::ray_box::Cuboid;
 use super::ray_lanes::{Intersect, RayLanes, Span};
@@ -66,16 +66,16 @@ impl<F: Scalar> Intersect<F> for BevelledBox<F> {
 
 impl BevelledBox<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
         let e = self.offset(p);
         let distance = dot(e, e).sqrt();
-        if distance == 0.0 {
-            return self.plain.surface(p, 0.0);
+        let bevel = L::splat(self.bevel);
+        let normal = axes!(|i| e[i] / distance);
+        let point = axes!(|i| bevel.mul_add(normal[i], p[i] - e[i]));
+        let in_core = distance.eq(L::zero());
+        if !in_core.any() {
+            return (point, normal);
         }
-        let normal = e.map(|x| x / distance);
-        (
-            [0, 1, 2].map(|i| self.bevel.mul_add(normal[i], p[i] - e[i])),
-            normal,
-        )
+        select_surface(in_core, self.plain.surface(p, L::zero()), (point, normal))
     }
 }

@@ -12,7 +12,9 @@
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
-use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
+use super::dilation::{
+    self, Dilated, Revolved, distance_around_axis, select_surface, surface_around_axis,
+};
 use super::dop::difference_of_products;
 use super::ray_cone::Cone;
 use super::ray_lanes::{Intersect, RayLanes, Span};
@@ -110,7 +112,11 @@ impl<F: Scalar> Intersect<F> for BevelledCone<F> {
 
 impl BevelledCone<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        surface_around_axis(self, self.bevel, p).unwrap_or_else(|| self.plain.surface(p, 0.0))
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
+        let (surface, in_core) = surface_around_axis(self, self.bevel, p);
+        if !in_core.any() {
+            return surface;
+        }
+        select_surface(in_core, self.plain.surface(p, L::zero()), surface)
     }
 }

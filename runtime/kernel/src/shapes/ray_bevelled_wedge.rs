@@ -21,6 +21,7 @@ use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
 use super::cell_walk::{Borders, Cell, Cells, first_crossing};
+use super::dilation::select_surface;
 use super::dop::{difference_of_products, sum_of_products};
 use super::ray_bevelled_ring::BevelledRing;
 use super::ray_lanes::{Intersect, RayLanes};
@@ -81,6 +82,16 @@ impl<F: Scalar> BevelledWedge<F> {
             a: sum_of_products(p[0], sin, p[2], cos),
             q: L::select(second, -q, q),
         }
+    }
+
+    /// From the segment that is the core's edge at a side to a point in the side's frame, at height
+    /// `y`: along the side, upwards, into the solid.
+    #[inline(always)]
+    fn side_offset<L: Lanes<Scalar = F>>(&self, at: &SideFrame<L>, y: L) -> [L; 3] {
+        let zero = L::zero();
+        let [s1, s2] = L::splats(self.along);
+        let along = (at.a - s1).min(zero) + (at.a - s2).max(zero);
+        [along, self.ring.up(y), at.q - L::splat(self.ring.bevel())]
     }
 
     /// Whether p is nearer to side 1.
@@ -154,15 +165,9 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
         // The nearer side: its segment, or one of the segment's ends.
         let second = self.is_nearer_second(p);
         let (at, rate) = (self.in_side(p, second), self.in_side(d, second));
-        let [s1, s2] = L::splats(self.along);
-        let (before, after) = (at.a.lt(s1), at.a.gt(s2));
-        let past_end = before | after;
-        let up = self.ring.up(p[1]);
-        let side_offset = [
-            L::select(past_end, at.a - L::select(before, s1, s2), zero),
-            up,
-            at.q - b,
-        ];
+        let side_offset = self.side_offset(&at, p[1]);
+        let past_end = !side_offset[0].eq(zero);
+        let up = side_offset[1];
         let up_rate = L::select(up.eq(zero), zero, d[1]);
         let side_rate = [L::select(past_end, rate.a, zero), up_rate, rate.q];
 
@@ -196,28 +201,38 @@ impl<F: Scalar> Intersect<F> for BevelledWedge<F> {
 
 impl BevelledWedge<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let cell = self.cell(p, [0.0; 3]);
-        let square = p[0] * p[0] + p[2] * p[2];
-        let [inner, outer] = self.ring.core();
-        let in_arc = (square < inner * inner
-            && self.inner.as_ref().is_some_and(|sector| sector.contains(p)))
-            || (square > outer * outer && self.outer.contains(p));
-        let in_core = (inner * inner..=outer * outer).contains(&square) && self.is_inset(p);
-        if in_arc || in_core {
-            return self.ring.surface(p);
-        }
-        let [along, up, deep] = cell.offset;
-        let distance = along.hypot(up).hypot(deep);
-        if distance == 0.0 {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
+        let zero = L::zero();
+        let square = p[0].mul_add(p[0], p[2] * p[2]);
+        let [inner, outer] = L::splats(self.ring.core());
+        let (within, beyond) = (square.lt(inner * inner), square.gt(outer * outer));
+        let inner_arc = match &self.inner {
+            Some(sector) => within & sector.contains(p),
+            None => L::Mask::none(),
+        };
+        let core = self.is_inset(p).and_not(within | beyond);
+        let of_ring = inner_arc | (beyond & self.outer.contains(p)) | core;
+        if of_ring.all() {
             return self.ring.surface(p);
         }
         let second = self.is_nearer_second(p);
-        let [sin, cos] = self.sector.ends[usize::from(second)];
-        let deep = if second { -deep } else { deep };
+        let [along, up, deep] = self.side_offset(&self.in_side(p, second), p[1]);
+        let square = along.mul_add(along, up.mul_add(up, deep * deep));
+        let of_ring = of_ring | square.eq(zero);
+        let unit = L::splat(1.0) / square.sqrt();
+        let ([sin0, cos0], [sin1, cos1]) = (
+            L::splats(self.sector.ends[0]),
+            L::splats(self.sector.ends[1]),
+        );
+        let (sin, cos) = (L::select(second, sin1, sin0), L::select(second, cos1, cos0));
+        let deep = L::select(second, -deep, deep);
         let e = [along * sin + deep * cos, up, along * cos - deep * sin];
-        let normal = e.map(|x| x / distance);
-        let b = self.ring.bevel();
-        ([0, 1, 2].map(|i| b.mul_add(normal[i], p[i] - e[i])), normal)
+        let normal = axes!(|i| e[i] * unit);
+        let b = L::splat(self.ring.bevel());
+        let side = (axes!(|i| b.mul_add(normal[i], p[i] - e[i])), normal);
+        if !of_ring.any() {
+            return side;
+        }
+        select_surface(of_ring, self.ring.surface(p), side)
     }
 }

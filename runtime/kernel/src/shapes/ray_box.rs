@@ -2,7 +2,7 @@
 //!
 //! The ends are (face − o)/d, not (face − o)·(1/d): within an ulp (Kay and Kajiya 1986; the
 //! divisions by zero of axis-parallel rays fall through as in Ize, JCGT 2(2) 2013).
-use crate::lanes::{Lanes, axes};
+use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
 use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
@@ -39,25 +39,19 @@ impl<F: Scalar> Intersect<F> for Cuboid<F> {
 
 impl Cuboid<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
-        let mut axis = 0;
-        let mut nearest = f64::NEG_INFINITY;
-        let mut point = p;
-        for i in 0..3 {
-            let outside = (self.low[i] - p[i]).max(p[i] - self.high[i]);
-            if outside > nearest {
-                (nearest, axis) = (outside, i);
-            }
-            point[i] = clamped(p[i], self.low[i], self.high[i], room);
-        }
-        let mut normal = [0.0; 3];
-        let below = self.low[axis] - p[axis] > p[axis] - self.high[axis];
-        point[axis] = if below {
-            self.low[axis]
-        } else {
-            self.high[axis]
-        };
-        normal[axis] = if below { -1.0 } else { 1.0 };
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
+        let (low, high) = (L::splats(self.low), L::splats(self.high));
+        let below: [L::Mask; 3] = axes!(|i| (low[i] - p[i]).gt(p[i] - high[i]));
+        let outside: [L; 3] = axes!(|i| (low[i] - p[i]).max(p[i] - high[i]));
+        let first = outside[0].ge(outside[1]) & outside[0].ge(outside[2]);
+        let second = outside[1].ge(outside[2]).and_not(first);
+        let nearest = [first, second, !(first | second)];
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let point = axes!(|i| {
+            let face = L::select(below[i], low[i], high[i]);
+            L::select(nearest[i], face, clamped(p[i], low[i], high[i], room))
+        });
+        let normal = axes!(|i| L::select(nearest[i], L::select(below[i], -one, one), zero));
         (point, normal)
     }
 }

@@ -102,25 +102,32 @@ impl<F: Scalar> Intersect<F> for Cone<F> {
 
 impl Cone<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
-        let [x, y, z] = p;
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        [x, y, z]: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
         let (r, h) = (self.radius, self.height);
-        let rho = x.hypot(z);
-        let side = r.hypot(h);
-        let (sin, cos) = (r / side, h / side);
+        let side = r.mul_add(r, h * h).sqrt();
+        let [radius, height, sin, cos] = L::splats([r, h, r / side, h / side]);
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let rho = x.mul_add(x, z * z).sqrt();
         // Rays start up to 4 rooms off a face, towards the other where the rim is acute.
-        let room = room * (side + 4.0 * r).min(16.0 * h) / h;
-        let outside = (rho - r) * cos + y * sin;
-        if -y > outside {
-            let shrink = clamped(rho, -r, r, room) / rho.max(f64::MIN_POSITIVE);
-            return ([x * shrink, 0.0, z * shrink], [0.0, -1.0, 0.0]);
-        }
-        if rho == 0.0 {
-            return ([0.0, h, 0.0], [0.0, 1.0, 0.0]);
-        }
-        let (u, w) = (x / rho, z / rho);
-        let up = clamped(y - outside * sin, 0.0, 2.0 * h, room).min(h);
-        let around = r * ((h - up) / h);
-        ([around * u, up, around * w], [cos * u, sin, cos * w])
+        let room = room * L::splat((side + 4.0 * r).min(16.0 * h) / h);
+        let outside = (rho - radius) * cos + y * sin;
+        let base = (-y).gt(outside);
+        let unit = one / rho.max(L::splat(f64::MIN_POSITIVE));
+        let (u, w) = (x * unit, z * unit);
+        let up = clamped(y - outside * sin, zero, height + height, room).min(height);
+        let side_around = radius * ((height - up) / height);
+        let around = L::select(base, clamped(rho, -radius, radius, room), side_around);
+        let apex = rho.eq(zero);
+        let slope = L::select(base | apex, zero, cos);
+        let steepness = L::select(base, -one, L::select(apex, one, sin));
+        let level = L::select(base, zero, L::select(apex, height, up));
+        (
+            [around * u, level, around * w],
+            [slope * u, steepness, slope * w],
+        )
     }
 }

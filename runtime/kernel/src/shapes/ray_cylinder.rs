@@ -46,25 +46,30 @@ impl Cylinder<f64> {
     }
 
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
-        let [x, y, z] = p;
-        let rho = x.hypot(z);
-        let [low, high] = self.y;
-        let above = if low - y > y - high { -1.0 } else { 1.0 };
-        if (low - y).max(y - high) > rho - self.radius {
-            let shrink = clamped(rho, -self.radius, self.radius, room) / rho.max(f64::MIN_POSITIVE);
-            let cap = if above < 0.0 { low } else { high };
-            ([x * shrink, cap, z * shrink], [0.0, above, 0.0])
-        } else {
-            let (x, z) = (x / rho, z / rho);
-            (
-                [
-                    self.radius * x,
-                    clamped(y, low, high, room),
-                    self.radius * z,
-                ],
-                [x, 0.0, z],
-            )
-        }
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        [x, y, z]: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let rho = x.mul_add(x, z * z).sqrt();
+        let (radius, [low, high]) = (L::splat(self.radius), L::splats(self.y));
+        let below = (low - y).gt(y - high);
+        let cap = (low - y).max(y - high).gt(rho - radius);
+        let kept = clamped(rho, -radius, radius, room);
+        let shrink = L::select(cap, kept, radius) / rho.max(L::splat(f64::MIN_POSITIVE));
+        let unit = one / rho;
+        let level = L::select(below, low, high);
+        let point = [
+            x * shrink,
+            L::select(cap, level, clamped(y, low, high, room)),
+            z * shrink,
+        ];
+        let normal = [
+            L::select(cap, zero, x * unit),
+            L::select(cap, L::select(below, -one, one), zero),
+            L::select(cap, zero, z * unit),
+        ];
+        (point, normal)
     }
 }

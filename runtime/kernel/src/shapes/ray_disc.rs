@@ -33,8 +33,12 @@ impl<F: Scalar> Intersect<F> for Disc<F> {
 
 impl Disc<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let shrink = (self.radius / p[0].hypot(p[2])).min(1.0);
-        ([p[0] * shrink, 0.0, p[2] * shrink], [0.0, 1.0, 0.0])
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
+        let rho = p[0].mul_add(p[0], p[2] * p[2]).sqrt();
+        let shrink = (L::splat(self.radius) / rho).min(L::splat(1.0));
+        (
+            [p[0] * shrink, L::zero(), p[2] * shrink],
+            L::splats([0.0, 1.0, 0.0]),
+        )
     }
 }

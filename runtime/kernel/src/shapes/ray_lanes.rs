@@ -187,8 +187,8 @@ pub(super) fn along<L: Lanes>(o: [L; 3], d: [L; 3], t: L) -> [L; 3] {
 
 /// The number nearest to x that keeps `room` from both ends, or as much as there is.
 #[inline(always)]
-pub(super) fn clamped(x: f64, low: f64, high: f64, room: f64) -> f64 {
-    let room = room.min(0.5 * (high - low));
+pub(super) fn clamped<L: Lanes<Scalar = f64>>(x: L, low: L, high: L, room: L) -> L {
+    let room = room.min(L::splat(0.5) * (high - low));
     x.max(low + room).min(high - room)
 }
 

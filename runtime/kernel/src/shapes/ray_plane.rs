@@ -13,6 +13,6 @@ pub(super) fn intersect<L: Lanes>(ray: &RayLanes<L>, active: L::Mask) -> (L::Mas
 }
 
 #[inline(always)]
-pub(super) fn surface(p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    ([p[0], 0.0, p[2]], [0.0, 1.0, 0.0])
+pub(super) fn surface<L: Lanes<Scalar = f64>>(p: [L; 3]) -> ([L; 3], [L; 3]) {
+    ([p[0], L::zero(), p[2]], L::splats([0.0, 1.0, 0.0]))
 }

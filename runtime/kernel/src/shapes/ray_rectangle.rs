@@ -32,8 +32,11 @@ impl<F: Scalar> Intersect<F> for Rectangle<F> {
 
 impl Rectangle<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let [a, b] = self.half;
-        ([p[0].clamp(-a, a), 0.0, p[2].clamp(-b, b)], [0.0, 1.0, 0.0])
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
+        let [a, b] = L::splats(self.half);
+        (
+            [p[0].max(-a).min(a), L::zero(), p[2].max(-b).min(b)],
+            L::splats([0.0, 1.0, 0.0]),
+        )
     }
 }

@@ -94,21 +94,37 @@ impl<F: Scalar> Intersect<F> for Ring<F> {
 impl Ring<f64> {
     /// How far outside the nearest face p is (negative inside), and that face's point and normal.
     /// The point keeps `room` from the edges.
-    pub(super) fn nearest_face(&self, p: [f64; 3], room: f64) -> (f64, [f64; 3], [f64; 3]) {
-        let rho = p[0].hypot(p[2]);
-        let (u, w) = (p[0] / rho, p[2] / rho);
-        let [low, high] = self.outer.y();
-        if self.bore - rho > (rho - self.outer.radius()).max(low - p[1]).max(p[1] - high) {
-            let point = [self.bore * u, clamped(p[1], low, high, room), self.bore * w];
-            return (self.bore - rho, point, [-u, 0.0, -w]);
-        }
-        let outside = (rho - self.outer.radius()).max(low - p[1]).max(p[1] - high);
-        let (mut point, normal) = self.outer.surface(p, room);
-        if normal[1] != 0.0 {
-            let around = clamped(rho, self.bore, self.outer.radius(), room);
-            (point[0], point[2]) = (around * u, around * w);
-        }
-        (outside, point, normal)
+    #[inline(always)]
+    pub(super) fn nearest_face<L: Lanes<Scalar = f64>>(
+        &self,
+        p: [L; 3],
+        room: L,
+    ) -> (L, [L; 3], [L; 3]) {
+        let rho = p[0].mul_add(p[0], p[2] * p[2]).sqrt();
+        let (bore, radius) = (L::splat(self.bore), L::splat(self.outer.radius()));
+        let [low, high] = L::splats(self.outer.y());
+        let unit = L::splat(1.0) / rho;
+        let (u, w) = (p[0] * unit, p[2] * unit);
+        let outside = (rho - radius).max(low - p[1]).max(p[1] - high);
+        let inner = (bore - rho).gt(outside);
+        let (point, normal) = self.outer.surface(p, room);
+        let cap = !normal[1].eq(L::zero());
+        let around = L::select(inner, bore, clamped(rho, bore, radius, room));
+        let turned = inner | cap;
+        let wall = clamped(p[1], low, high, room);
+        (
+            L::select(inner, bore - rho, outside),
+            [
+                L::select(turned, around * u, point[0]),
+                L::select(inner, wall, point[1]),
+                L::select(turned, around * w, point[2]),
+            ],
+            [
+                L::select(inner, -u, normal[0]),
+                L::select(inner, L::zero(), normal[1]),
+                L::select(inner, -w, normal[2]),
+            ],
+        )
     }
 
     pub(super) fn radii(&self) -> [f64; 2] {
@@ -120,7 +136,7 @@ impl Ring<f64> {
     }
 
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
         let (_, point, normal) = self.nearest_face(p, room);
         (point, normal)
     }

@@ -1,5 +1,5 @@
 //! |p| ≤ r: a ball about the origin, see [`Span::ball`].
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::dop::dot;
@@ -28,13 +28,13 @@ impl<F: Scalar> Intersect<F> for Sphere<F> {
 
 impl Sphere<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
         let length = dot(p, p).sqrt();
-        let normal = if length > 0.0 {
-            p.map(|x| x / length)
-        } else {
-            [0.0, 1.0, 0.0]
-        };
-        (normal.map(|x| self.radius * x), normal)
+        let off_centre = length.gt(L::zero());
+        let unit = L::splat(1.0) / length;
+        let up = L::splats([0.0, 1.0, 0.0]);
+        let normal = axes!(|i| L::select(off_centre, p[i] * unit, up[i]));
+        let radius = L::splat(self.radius);
+        (axes!(|i| radius * normal[i]), normal)
     }
 }

@@ -273,24 +273,23 @@ impl<F: Scalar> Intersect<F> for Torus<F> {
 
 impl Torus<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        let [x, y, z] = p;
-        let rho = x.hypot(z);
-        let (u, w) = if rho > 0.0 {
-            (x / rho, z / rho)
-        } else {
-            (0.0, 1.0)
-        };
-        let across = rho - self.major;
-        let length = across.hypot(y);
-        let (across, up) = if length > 0.0 {
-            (across / length, y / length)
-        } else {
-            (1.0, 0.0)
-        };
-        let around = self.minor.mul_add(across, self.major);
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, [x, y, z]: [L; 3]) -> ([L; 3], [L; 3]) {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let (major, minor) = (L::splat(self.major), L::splat(self.minor));
+        let rho = x.mul_add(x, z * z).sqrt();
+        let off_axis = rho.gt(zero);
+        let (u, w) = (
+            L::select(off_axis, x / rho, zero),
+            L::select(off_axis, z / rho, one),
+        );
+        let across = rho - major;
+        let length = across.mul_add(across, y * y).sqrt();
+        let off_circle = length.gt(zero);
+        let across = L::select(off_circle, across / length, one);
+        let up = L::select(off_circle, y / length, zero);
+        let around = minor.mul_add(across, major);
         (
-            [around * u, self.minor * up, around * w],
+            [around * u, minor * up, around * w],
             [across * u, up, across * w],
         )
     }

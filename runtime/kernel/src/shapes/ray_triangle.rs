@@ -192,43 +192,50 @@ impl<L: Lanes> TurnedRays<L> {
 /// across an edge: with u, v, w the doubled areas that it makes with the edges, its distance from
 /// an edge is u over the edge's length. If one is too near it moves towards the centroid.
 #[inline(always)]
-pub fn surface(corners: [[f64; 3]; 3], p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
-    let [a, b, c] = corners;
-    let from_a = |q: [f64; 3]| [q[0] - a[0], q[1] - a[1], q[2] - a[2]];
-    let (e, f) = (from_a(b), from_a(c));
+pub fn surface<L: Lanes<Scalar = f64>>(
+    [a, b, c]: [[L; 3]; 3],
+    p: [L; 3],
+    room: L,
+) -> ([L; 3], [L; 3]) {
+    let (e, f) = (axes!(|i| b[i] - a[i]), axes!(|i| c[i] - a[i]));
     let cross = cross_product(e, f);
     let length = dot(cross, cross).sqrt();
-    let normal = cross.map(|x| x / length);
-    let height = dot(from_a(p), normal);
-    let mut point = [0, 1, 2].map(|i| height.neg_mul_add(normal[i], p[i]));
-    if room > 0.0 {
-        let mut share = 0.0f64;
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let edge = [0, 1, 2].map(|i| to[i] - from[i]);
-            let arm = [0, 1, 2].map(|i| point[i] - from[i]);
-            let area = dot(cross_product(edge, arm), normal);
-            let least = room * dot(edge, edge).sqrt();
-            if area < least {
-                // At the centroid the area is a third of the triangle's.
-                share = share.max(((least - area) / (length / 3.0 - area)).clamp(0.0, 1.0));
-            }
-        }
-        if share > 0.0 {
-            point = [0, 1, 2].map(|i| {
-                let centroid = (a[i] + b[i] + c[i]) / 3.0;
-                share.mul_add(centroid - point[i], point[i])
-            });
+    let unit = L::splat(1.0) / length;
+    let normal = axes!(|i| cross[i] * unit);
+    let height = dot(axes!(|i| p[i] - a[i]), normal);
+    let point: [L; 3] = axes!(|i| height.neg_mul_add(normal[i], p[i]));
+    let (zero, one) = (L::zero(), L::splat(1.0));
+    let mut share = zero;
+    // At the centroid the areas are a third of the triangle's.
+    let third = length * L::splat(1.0 / 3.0);
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        let edge = axes!(|i| to[i] - from[i]);
+        let arm = axes!(|i| point[i] - from[i]);
+        let area = dot(cross_product(edge, arm), normal);
+        let least = room * dot(edge, edge).sqrt();
+        let near = area.lt(least);
+        if near.any() {
+            let wanted = ((least - area) / (third - area)).max(zero).min(one);
+            share = L::select(near, share.max(wanted), share);
         }
     }
+    if !share.gt(zero).any() {
+        return (point, normal);
+    }
+    let point = axes!(|i| {
+        let centroid = (a[i] + b[i] + c[i]) / L::splat(3.0);
+        share.mul_add(centroid - point[i], point[i])
+    });
     (point, normal)
 }
 
 #[inline(always)]
-fn cross_product(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        difference_of_products(u[j], v[k], u[k], v[j])
-    })
+fn cross_product<L: Lanes>(u: [L; 3], v: [L; 3]) -> [L; 3] {
+    [
+        difference_of_products(u[1], v[2], u[2], v[1]),
+        difference_of_products(u[2], v[0], u[0], v[2]),
+        difference_of_products(u[0], v[1], u[1], v[0]),
+    ]
 }
 
 /// One triangle.
@@ -254,7 +261,8 @@ impl<F: Scalar> Intersect<F> for Triangle<F> {
 
 impl Triangle<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
-        surface(self.corners, p, room)
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
+        let corners = axes!(|corner| L::splats(self.corners[corner]));
+        surface(corners, p, L::zero())
     }
 }

@@ -1,7 +1,7 @@
 //! r0 ≤ ρ ≤ r1, y0 ≤ y ≤ y1, φ0 ≤ φ ≤ φ1: a ring cut by a sector.
 //!
 //! Up to 180° the sector shortens the ring's outer stretch; beyond, its gap is one more hole.
-use crate::lanes::{Lanes, axes, halves};
+use crate::lanes::{Lanes, Mask, axes, halves};
 use crate::scalar::Scalar;
 
 use super::ray_lanes::{Intersect, RayLanes, clamped};
@@ -37,35 +37,43 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 
 impl Wedge<f64> {
     #[inline(always)]
-    pub(super) fn surface(&self, p: [f64; 3], room: f64) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
+        let zero = L::zero();
         let (outside, mut point, normal) = self.ring.nearest_face(p, room);
         let [(along0, q0), (along1, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
         // At 180° both sides lie in one plane: only the half that p is along can be near.
-        let first = if along0 > 0.0 && along1 > 0.0 {
-            (q0 < q1) != self.sector.reflex
+        let nearer = if self.sector.reflex {
+            q0.ge(q1)
         } else {
-            along0 > along1
+            q0.lt(q1)
         };
-        let (side, along, depth) = if first {
-            (0, along0, q0)
-        } else {
-            (1, along1, q1)
-        };
-        if -depth <= outside {
-            for side in [0, 1] {
-                let (along, depth) = self.sector.along_and_depth(side, point);
-                // Beyond 180° most of the face is far outside of one side's plane.
-                if along > 0.0 && depth < room && -depth <= outside.max(room) {
-                    let normal = self.sector.normal(side);
-                    point = axes!(|i| (depth - room).mul_add(normal[i], point[i]));
-                }
-            }
-            return (point, normal);
+        let both = along0.gt(zero) & along1.gt(zero);
+        let first = (both & nearer) | along0.gt(along1).and_not(both);
+        let (along, depth) = (L::select(first, along0, along1), L::select(first, q0, q1));
+        let on_side = (-depth).gt(outside);
+        let normals: [[L; 3]; 2] = halves!(|side| L::splats(self.sector.normal(side)));
+        for side in [0, 1] {
+            let (along, depth) = self.sector.along_and_depth(side, point);
+            // Beyond 180° most of the face is far outside of one side's plane.
+            let near = along.gt(zero) & depth.lt(room) & (-depth).le(outside.max(room));
+            let back = L::select(near, depth - room, zero);
+            point = axes!(|i| back.mul_add(normals[side][i], point[i]));
         }
-        let ([r0, r1], [y0, y1]) = (self.ring.radii(), self.ring.y());
-        let [sin, cos] = self.sector.ends[side];
+        let ([r0, r1], [y0, y1]) = (L::splats(self.ring.radii()), L::splats(self.ring.y()));
+        let ([sin0, cos0], [sin1, cos1]) = (
+            L::splats(self.sector.ends[0]),
+            L::splats(self.sector.ends[1]),
+        );
         let along = clamped(along, r0, r1, room);
-        let point = [along * sin, clamped(p[1], y0, y1, room), along * cos];
-        (point, self.sector.normal(side))
+        let side_point = [
+            along * L::select(first, sin0, sin1),
+            clamped(p[1], y0, y1, room),
+            along * L::select(first, cos0, cos1),
+        ];
+        let side_normal: [L; 3] = axes!(|i| L::select(first, normals[0][i], normals[1][i]));
+        (
+            axes!(|i| L::select(on_side, side_point[i], point[i])),
+            axes!(|i| L::select(on_side, side_normal[i], normal[i])),
+        )
     }
 }

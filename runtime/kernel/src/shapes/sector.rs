@@ -103,8 +103,9 @@ impl<F: Scalar> Sector<F> {
 
 impl Sector<f64> {
     /// The side k, 0 or 1, seen from p: how far along it and how deep inside of it p is.
-    pub(super) fn along_and_depth(&self, side: usize, p: [f64; 3]) -> (f64, f64) {
-        let [sin, cos] = self.ends[side];
+    #[inline(always)]
+    pub(super) fn along_and_depth<L: Lanes<Scalar = f64>>(&self, side: usize, p: [L; 3]) -> (L, L) {
+        let [sin, cos] = L::splats(self.ends[side]);
         let along = sum_of_products(p[0], sin, p[2], cos);
         let depth = difference_of_products(p[0], cos, p[2], sin);
         (along, if side == 0 { depth } else { -depth })

@@ -61,8 +61,22 @@ impl<I: Isa> RayColumns<I> {
                 column::<I>(t_max, first),
                 len,
             ),
-            Rays::Records(rays) if len == I::F32::WIDTH => {
-                RayColumns::of_records(Ray::as_rows(&rays[first..]), len)
+            Rays::Axes {
+                origin,
+                direction,
+                t_min,
+                t_max,
+                ..
+            } if len == I::F32::WIDTH => {
+                let origin = axes!(|i| column::<I>(origin[i], first));
+                let direction = axes!(|i| column::<I>(direction[i], first));
+                RayColumns::of(
+                    halves!(|h| axes!(|i| origin[i][h])),
+                    halves!(|h| axes!(|i| direction[i][h])),
+                    column::<I>(t_min, first),
+                    column::<I>(t_max, first),
+                    len,
+                )
             }
             _ => {
                 let mut some = [rays.get(first + len - 1); WIDE];

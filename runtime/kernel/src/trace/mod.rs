@@ -22,9 +22,9 @@ pub use precision::Precision;
 use self::columns::RayColumns;
 use self::packet::Packet;
 use self::single::Single;
-use crate::instance::LevelRays;
+use self::surface::Surfaces;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves};
-use crate::ray::{Find, Found, FoundColumns, Hit, OnTriangle, Ray, Rays, Trace};
+use crate::ray::{Find, Found, FoundColumns, Hit, Hits, OnTriangle, Rays, Trace};
 use crate::scene::Scene;
 
 /// What traversal finds.
@@ -230,28 +230,6 @@ impl Answers for &mut [bool] {
     }
 }
 
-/// Surfaces of hits that were found before.
-struct SurfacesOf<'a, F: Precision, G> {
-    scene: &'a Scene<F>,
-    rays: &'a [Ray],
-    found: G,
-    hits: &'a mut [Hit],
-}
-
-impl<F: Precision, G: Fn(usize) -> Found> Task for SurfacesOf<'_, F, G> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let mut path = Vec::new();
-        for i in 0..self.hits.len() {
-            self.hits[i] = self
-                .scene
-                .surface(&self.rays[i], &(self.found)(i), &mut path);
-        }
-    }
-}
-
 impl<F: Precision> Scene<F> {
     fn batch(&self, rays: Rays, bundling: Bundling, answers: impl Answers) {
         let batch = Batch {
@@ -262,45 +240,23 @@ impl<F: Precision> Scene<F> {
         };
         dispatch(self.set, batch);
     }
-
-    fn surfaces_of(&self, rays: &[Ray], found: impl Fn(usize) -> Found, hits: &mut [Hit]) {
-        let surfaces = SurfacesOf {
-            scene: self,
-            rays,
-            found,
-            hits,
-        };
-        dispatch(self.set, surfaces);
-    }
 }
 
-/// Rays whose hits are found before their surfaces are computed: they stay in the cache meanwhile.
-const SURFACES: usize = 256;
-
 impl<F: Precision> Trace for Scene<F> {
-    fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len());
-        let mut t = [0.0; SURFACES];
-        let mut instance = [0; SURFACES];
-        let mut primitive = [0; SURFACES];
-        for (rays, hits) in rays.chunks(SURFACES).zip(hits.chunks_mut(SURFACES)) {
-            let found = FoundColumns {
-                t: &mut t[..rays.len()],
-                instance: &mut instance[..rays.len()],
-                primitive: &mut primitive[..rays.len()],
-            };
-            self.find(Rays::Records(rays), found);
-            let found = |i| Found {
-                t: t[i],
-                instance: instance[i],
-                primitive: primitive[i],
-            };
-            self.surfaces_of(rays, found, hits);
-        }
+    fn closest(&self, rays: Rays, hits: &mut Hits) {
+        let n = rays.len();
+        hits.resize(n);
+        let found = FoundColumns {
+            t: &mut hits.t[..n],
+            instance: &mut hits.instance[..n],
+            primitive: &mut hits.primitive[..n],
+        };
+        self.find(rays, found);
+        self.surfaces(rays, hits);
     }
 
-    fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
-        self.find_any(Rays::Records(rays), occluded);
+    fn occluded(&self, rays: Rays, occluded: &mut [bool]) {
+        self.find_any(rays, occluded);
     }
 
     fn on_triangle(&self, hit: &Hit) -> Option<OnTriangle> {
@@ -320,23 +276,9 @@ impl<F: Precision> Find for Scene<F> {
         self.batch(rays, Bundling::Coherent, occluded);
     }
 
-    fn surfaces(&self, rays: &[Ray], found: &[Found], hits: &mut [Hit]) {
-        assert!(rays.len() == found.len() && rays.len() == hits.len());
-        self.surfaces_of(rays, |i| found[i], hits);
-    }
-}
-
-impl LevelRays<f64> {
-    /// A ray in the world.
-    #[inline(always)]
-    fn from_ray(ray: &Ray) -> LevelRays<f64> {
-        LevelRays {
-            origin: ray.origin,
-            direction: ray.direction,
-            start: 0.0,
-            rate: 1.0,
-            per_rate: 1.0,
-        }
-        .with_unit_direction()
+    fn surfaces(&self, rays: Rays, hits: &mut Hits) {
+        assert_eq!(rays.len(), hits.len());
+        let scene = self;
+        dispatch(self.set, Surfaces { scene, rays, hits });
     }
 }

@@ -20,13 +20,20 @@
 //! Within an edge two faces meet, and a start that is clear of one may have been rounded beyond the
 //! other: a ray would leave a closed box next to its edge, once in some million. So points keep
 //! [`EDGE_ROOM`] units and the rounding of world coordinates away from the edges of their face.
+//!
+//! # Lanes
+//!
+//! Neighbours often hit the same instance: those that do are one vector, whose matrices are the
+//! same in every lane.
+use super::columns::RayColumns;
 use super::level::Target;
-use crate::bvh::{NormalSpace, exponent, power_of_two};
+use super::precision::Precision;
+use crate::bvh::NormalSpace;
 use crate::instance::{LevelRays, dot};
-use crate::lanes::{axes, each};
-use crate::ray::{Found, Hit, Ray};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, axes, each};
+use crate::ray::{Hit, Hits, Rays};
 use crate::scalar::Scalar;
-use crate::scene::{Geometry, Group, Prototype, Scene};
+use crate::scene::{Affine, Geometry, Group, Mesh, Prototype, Scene};
 use crate::shapes::triangle_surface;
 
 /// Rounding errors of one transform of a point, in units of the magnitudes of its terms.
@@ -38,21 +45,153 @@ const COORDINATE_ERROR: f64 = 2.0 * f64::EPSILON;
 /// How far points stay from edges, in ε_F of the object's size.
 const EDGE_ROOM: f64 = 8.0;
 
-impl<F: Scalar> Scene<F> {
-    /// The surface at a hit. `path` is scratch.
+/// Completes hits of which t, instance and primitive are known.
+pub(super) struct Surfaces<'a, F: Precision> {
+    pub scene: &'a Scene<F>,
+    pub rays: Rays<'a>,
+    pub hits: &'a mut Hits,
+}
+
+impl<F: Precision> Task for Surfaces<'_, F> {
+    type Output = ();
+
     #[inline(always)]
-    pub(super) fn surface(&self, ray: &Ray, found: &Found, path: &mut Vec<usize>) -> Hit {
-        if !(0..self.leaf_count).contains(&found.instance) {
-            return Hit::MISS;
+    fn run<I: Isa>(self) {
+        let Surfaces { scene, rays, hits } = self;
+        let width = I::F64::WIDTH;
+        let mut path = Vec::new();
+        for packet in (0..rays.len()).step_by(I::F32::WIDTH) {
+            let lanes = RayColumns::<I>::new(rays, packet);
+            for half in 0..2 {
+                let first = packet + half * width;
+                let len = width.min(rays.len().saturating_sub(first));
+                let mut left = 0;
+                for lane in 0..len {
+                    let known = (0..scene.leaf_count).contains(&hits.instance[first + lane]);
+                    left |= u32::from(known) << lane;
+                }
+                let mut missed = !left & ((1 << len) - 1);
+                while left != 0 {
+                    let leaf = hits.instance[first + left.trailing_zeros() as usize];
+                    let mut same = 0;
+                    for lane in 0..len {
+                        same |= u32::from(hits.instance[first + lane] == leaf) << lane;
+                    }
+                    left &= !same;
+                    let surface = I::call(OfLeaf {
+                        scene,
+                        leaf,
+                        rays: &lanes.level[half],
+                        t: I::F64::load(&hits.t[first..]),
+                        triangles: &hits.primitive[first..],
+                        lanes: Mask::from_bits(same),
+                        path: &mut path,
+                    });
+                    surface.store(first, hits);
+                    missed |= same & !surface.lanes.bits();
+                }
+                while missed != 0 {
+                    hits.set(first + missed.trailing_zeros() as usize, &Hit::MISS);
+                    missed &= missed - 1;
+                }
+            }
         }
+    }
+}
+
+/// [`Scene::surface`] in a function of its own: what is this large must not be part of a loop, which
+/// compilers would try to move its numbers out of for minutes.
+struct OfLeaf<'a, F: Precision, L: Lanes> {
+    scene: &'a Scene<F>,
+    leaf: i64,
+    rays: &'a LevelRays<L>,
+    t: L,
+    triangles: &'a [u32],
+    lanes: L::Mask,
+    path: &'a mut Vec<usize>,
+}
+
+impl<F: Precision, L: Lanes<Scalar = f64>> Task for OfLeaf<'_, F, L> {
+    type Output = Surface<L>;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> Surface<L> {
+        let OfLeaf {
+            scene,
+            leaf,
+            rays,
+            t,
+            triangles,
+            lanes,
+            path,
+        } = self;
+        scene.surface(leaf, rays, t, triangles, lanes, path)
+    }
+}
+
+/// Surfaces of one instance, in world space.
+struct Surface<L: Lanes> {
+    /// Where there is one.
+    lanes: L::Mask,
+    position: [L; 3],
+    normal: [L; 3],
+    offset: L,
+    prototype: i32,
+    material: i32,
+}
+
+/// Writes lanes into a stretch of numbers.
+#[inline(always)]
+fn put<L: Lanes<Scalar = f64>>(lanes: L::Mask, numbers: L, to: &mut [f64]) {
+    L::select(lanes, numbers, L::load(to)).store(to);
+}
+
+impl<L: Lanes<Scalar = f64>> Surface<L> {
+    /// Writes them to the hits from number `first` on.
+    #[inline(always)]
+    fn store(&self, first: usize, hits: &mut Hits) {
+        for axis in 0..3 {
+            put(
+                self.lanes,
+                self.position[axis],
+                &mut hits.position[axis][first..],
+            );
+            put(
+                self.lanes,
+                self.normal[axis],
+                &mut hits.normal[axis][first..],
+            );
+        }
+        put(self.lanes, self.offset, &mut hits.offset[first..]);
+        let lanes = self.lanes.bits();
+        let (prototype, material) = (&mut hits.prototype[first..], &mut hits.material[first..]);
+        for lane in 0..L::WIDTH {
+            if lanes >> lane & 1 != 0 {
+                (prototype[lane], material[lane]) = (self.prototype, self.material);
+            }
+        }
+    }
+}
+
+impl<F: Scalar> Scene<F> {
+    /// The surfaces where some of these world rays hit a leaf. `path` is scratch.
+    #[inline(always)]
+    fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        mut leaf: i64,
+        rays: &LevelRays<L>,
+        t: L,
+        triangles: &[u32],
+        lanes: L::Mask,
+        path: &mut Vec<usize>,
+    ) -> Surface<L> {
         path.clear();
-        let mut rays = LevelRays::from_ray(ray);
+        let mut rays = *rays;
         let mut group: &Group = &self.groups[0];
-        let mut leaf = found.instance;
         let mut bound = 0;
         let mut forced = None;
         // How far from its space's origin the object lies, in units of the ray's direction.
-        let mut reach = 0.0;
+        let mut reach = L::zero();
         let (prototype, index) = loop {
             let (offset, before) = group.find_leaf(leaf);
             let row = group.start + offset;
@@ -68,102 +207,155 @@ impl<F: Scalar> Scene<F> {
             match target {
                 Target::Group(inner) => {
                     rays = entrance.enter_group(&rays);
-                    reach += self.distance(row) * rays.rate;
+                    reach = reach + L::splat(self.distance(row)) * rays.rate;
                     group = inner;
                 }
                 Target::Prototype(prototype) => {
                     rays = entrance.enter_prototype(&rays, &prototype.space);
-                    reach += self.distance(row) * prototype.space.scale * rays.rate;
+                    let distance = self.distance(row) * prototype.space.scale;
+                    reach = reach + L::splat(distance) * rays.rate;
                     break (prototype, self.instance_target[row]);
                 }
             }
         };
-        let tau = (found.t - rays.start) * rays.per_rate;
-        let local: [f64; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
-        let rounding = COORDINATE_ERROR * reach * rays.per_rate;
-        let surface = prototype.surface(local, found.primitive, rounding);
-        let Some((mut point, mut normal, error)) = surface else {
-            return Hit::MISS;
-        };
-        let mut offset = error;
+        let tau = (t - rays.start) * rays.per_rate;
+        let local: [L; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
+        let rounding = L::splat(COORDINATE_ERROR) * reach * rays.per_rate;
+        let of_object = prototype.surface(local, triangles, lanes, rounding);
+        let ObjectSurface {
+            lanes,
+            mut point,
+            mut normal,
+            mut offset,
+        } = of_object;
         for &row in path.iter().rev() {
-            let matrix = &self.world_from_object[row];
+            let matrix: &Affine = &self.world_from_object[row];
             let low = self.translation_low.get(row).copied().unwrap_or_default();
             let inverse = &self.object_from_world[row];
-            let turned: [f64; 3] =
-                axes!(|i| dot([inverse[0][i], inverse[1][i], inverse[2][i]], normal));
-            let magnitude: [f64; 3] = axes!(|i| {
-                let [x, y, z, w] = matrix[i];
-                dot([x.abs(), y.abs(), z.abs()], each!(point, |x| x.abs())) + w.abs()
+            let turned: [L; 3] = axes!(|i| {
+                dot(
+                    L::splats([inverse[0][i], inverse[1][i], inverse[2][i]]),
+                    normal,
+                )
             });
-            offset += TRANSFORM_ERROR * dot(each!(turned, |x| x.abs()), magnitude);
+            let magnitude: [L; 3] = axes!(|i| {
+                let [x, y, z, w] = matrix[i];
+                let sizes = L::splats([x.abs(), y.abs(), z.abs()]);
+                dot(sizes, each!(point, |x| x.abs())) + L::splat(w.abs())
+            });
+            let error = dot(each!(turned, |x| x.abs()), magnitude);
+            offset = L::splat(TRANSFORM_ERROR).mul_add(error, offset);
             point = axes!(|i| {
                 let [x, y, z, w] = matrix[i];
-                dot([x, y, z], point) + f64::from(low[i]) + w
+                dot(L::splats([x, y, z]), point) + L::splat(f64::from(low[i])) + L::splat(w)
             });
-            let unit = unit_of(turned);
+            let [x, y, z] = each!(turned, |x| x.abs());
+            // A power of two, so that squares neither over- nor underflow.
+            let unit = x.max(y).max(z).unit_scale();
             normal = each!(turned, |x| x * unit);
-            offset *= unit;
+            offset = offset * unit;
         }
-        let length = dot(normal, normal).sqrt();
-        Hit {
-            t: found.t,
+        let per_length = L::splat(1.0) / dot(normal, normal).sqrt();
+        Surface {
+            lanes,
             position: point,
-            normal: each!(normal, |x| x / length),
-            offset: offset / length,
-            instance: found.instance,
+            normal: each!(normal, |x| x * per_length),
+            offset: offset * per_length,
             prototype: index,
             material: forced.unwrap_or(bound),
-            primitive: found.primitive,
         }
     }
-}
 
-impl<F: Scalar> Scene<F> {
     /// How far instance `row` lies from its space's origin, in its own units.
     #[inline(always)]
     fn distance(&self, row: usize) -> f64 {
-        let [x, y, z] = self.object_from_world[row].map(|r| r[3].abs());
+        let [x, y, z] = each!(self.object_from_world[row], |r| r[3].abs());
         x.max(y).max(z)
     }
 }
 
-/// The power of two that brings the largest component to order one.
-#[inline(always)]
-fn unit_of(v: [f64; 3]) -> f64 {
-    power_of_two(-exponent(v[0].abs().max(v[1].abs()).max(v[2].abs())))
+/// Points and normals in object space, and δ.
+struct ObjectSurface<L: Lanes> {
+    /// Where there is one.
+    lanes: L::Mask,
+    point: [L; 3],
+    normal: [L; 3],
+    offset: L,
 }
 
 impl<F: Scalar> Prototype<F> {
-    /// Point, normal and δ in object space, from a point near the surface in normalised space,
-    /// where world coordinates are off by `rounding`; None if there is no such triangle.
+    /// The surface from points near to it in normalised space, where world coordinates are off by
+    /// `rounding`; without the lanes whose triangle there is not.
     #[inline(always)]
-    fn surface(
+    fn surface<L: Lanes<Scalar = f64>>(
         &self,
-        local: [f64; 3],
-        triangle: u32,
-        rounding: f64,
-    ) -> Option<([f64; 3], [f64; 3], f64)> {
+        local: [L; 3],
+        triangles: &[u32],
+        lanes: L::Mask,
+        rounding: L,
+    ) -> ObjectSurface<L> {
         let NormalSpace { center, scale } = self.space;
-        let unit = 1.0 / scale;
-        let error = F::EPS.to_f64() * 32.0 * unit;
-        let room = EDGE_ROOM.mul_add(F::EPS.to_f64(), rounding);
+        let unit = L::splat(1.0 / scale);
+        let center = L::splats(center);
+        let offset = L::splat(F::EPS.to_f64() * 32.0 / scale);
+        let room = L::splat(EDGE_ROOM * F::EPS.to_f64()) + rounding;
         match &self.geometry {
             Geometry::Shape(shape) => {
                 let (point, normal) = shape.surface(local, room);
                 let point = axes!(|i| point[i].mul_add(unit, center[i]));
-                if self.anchor.flat {
-                    let magnitude = point.iter().fold(0.0, |sum, x| sum + x.abs());
-                    return Some((point, normal, TRANSFORM_ERROR * magnitude));
+                let offset = if self.anchor.flat {
+                    let [x, y, z] = each!(point, |x| x.abs());
+                    L::splat(TRANSFORM_ERROR) * (x + y + z)
+                } else {
+                    offset
+                };
+                ObjectSurface {
+                    lanes,
+                    point,
+                    normal,
+                    offset,
                 }
-                Some((point, normal, error))
             }
-            Geometry::Mesh(mesh) if triangle as usize >= mesh.triangle_count => None,
             Geometry::Mesh(mesh) => {
                 let near = axes!(|i| local[i].mul_add(unit, center[i]));
-                let (point, normal) = triangle_surface(mesh.corners(triangle), near, room * unit);
-                Some((point, normal, error))
+                let (corners, lanes) = corners(mesh, triangles, lanes);
+                let (point, normal) = triangle_surface(corners, near, room * unit);
+                ObjectSurface {
+                    lanes,
+                    point,
+                    normal,
+                    offset,
+                }
             }
         }
     }
+}
+
+/// The corners of a triangle for each lane, and the lanes whose triangle there is.
+#[inline(always)]
+fn corners<F: Scalar, L: Lanes<Scalar = f64>>(
+    mesh: &Mesh<F>,
+    triangles: &[u32],
+    lanes: L::Mask,
+) -> ([[L; 3]; 3], L::Mask) {
+    let mut columns = [[[0.0; MAX_WIDTH]; 3]; 3];
+    let mut found = lanes.bits();
+    let mut left = found;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let triangle = triangles[lane];
+        if triangle as usize >= mesh.triangle_count {
+            found &= !(1 << lane);
+            continue;
+        }
+        let corners = mesh.corners(triangle);
+        for corner in 0..3 {
+            for axis in 0..3 {
+                columns[corner][axis][lane] = corners[corner][axis];
+            }
+        }
+    }
+    let corners = axes!(|corner| axes!(|axis| L::load(&columns[corner][axis])));
+    (corners, L::Mask::from_bits(found))
 }

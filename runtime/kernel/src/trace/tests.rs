@@ -3,7 +3,8 @@ use proptest::prelude::*;
 
 use super::{Bundling, Nearest, Precision};
 use crate::lanes::InstructionSet;
-use crate::ray::{Found, FoundColumns, Hit, Ray, Rays, Trace};
+use crate::ray::{Found, FoundColumns, Hit, Hits, Ray, Rays, Trace};
+use crate::render::rays::RayLists;
 use crate::scene::{Affine, Scene, SceneArrays};
 
 /// One-level scenes of instances of a sphere, a box, a plane and a mesh.
@@ -81,6 +82,15 @@ fn scene<F: Precision>(arrays: SceneArrays, set: InstructionSet) -> Scene<F> {
     Scene::new(arrays, set).unwrap()
 }
 
+fn lists(rays: &[Ray]) -> RayLists {
+    let mut lists = RayLists::default();
+    lists.resize(rays.len());
+    for (i, ray) in rays.iter().enumerate() {
+        lists.set(i, ray);
+    }
+    lists
+}
+
 fn found<F: Precision>(scene: &Scene<F>, rays: Rays, bundling: Bundling) -> Vec<Found> {
     let n = rays.len();
     let (mut t, mut instance, mut primitive) = (vec![0.0; n], vec![0; n], vec![0; n]);
@@ -105,7 +115,7 @@ fn brute_force<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) ->
     for (leaf, instance) in instances.iter().enumerate() {
         let alone = arrays(std::slice::from_ref(instance), unit);
         let alone = scene::<F>(alone, InstructionSet::Portable);
-        let found = found(&alone, Rays::Records(rays), Bundling::Never);
+        let found = found(&alone, lists(rays).as_rays(), Bundling::Never);
         for (best, found) in best.iter_mut().zip(found) {
             if found.instance == 0 {
                 best.offer(found.t, leaf as i64, found.primitive);
@@ -130,7 +140,7 @@ fn check<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) {
                 t_min: &[0.0],
                 t_max: &rays.iter().map(|ray| ray.t_max).collect::<Vec<_>>(),
             };
-            for rays in [Rays::Records(rays), columns] {
+            for rays in [lists(rays).as_rays(), columns] {
                 assert_eq!(
                     found(&scene, rays, bundling),
                     expected,
@@ -254,7 +264,7 @@ fn coherent_rays_are_bundled_and_others_are_not() {
         impl Task for Coherent<'_> {
             type Output = bool;
             fn run<I: Isa>(self) -> bool {
-                super::RayColumns::<I>::new(super::Rays::Records(self.0), 0).are_coherent(&self.1)
+                super::RayColumns::<I>::new(lists(self.0).as_rays(), 0).are_coherent(&self.1)
             }
         }
         dispatch(scene.set, Coherent(rays, scene.groups[0].tree.space))
@@ -317,13 +327,14 @@ fn offsets_clear_the_surface<F: Precision>(unit: f64, far: f64) {
                 t_min: 0.0,
                 t_max: f64::INFINITY,
             };
-            let mut hits = [Hit::MISS; 1];
-            scene.closest(&[ray], &mut hits);
-            if hits[0].instance < 0 {
+            let mut hits = Hits::default();
+            scene.closest(lists(&[ray]).as_rays(), &mut hits);
+            if hits.instance[0] < 0 {
                 continue;
             }
             let mut occluded = [false; 2];
-            scene.occluded(&leaving(&hits[0]), &mut occluded);
+            let leaving = lists(&leaving(&hits.get(0)));
+            scene.occluded(leaving.as_rays(), &mut occluded);
             assert_eq!(occluded, [false, true], "unit {unit}, far {far}, ray {i}");
         }
     }
@@ -392,8 +403,8 @@ fn a_round_mesh_is_nearly_a_sphere<F: Precision>(rays: &[Ray]) {
     for set in InstructionSet::available() {
         let [mesh, sphere] = [&mesh, &sphere].map(|arrays| scene::<F>(arrays.clone(), set));
         for bundling in [Bundling::Never, Bundling::Always] {
-            let flat = found(&mesh, Rays::Records(rays), bundling);
-            let round = found(&sphere, Rays::Records(rays), bundling);
+            let flat = found(&mesh, lists(rays).as_rays(), bundling);
+            let round = found(&sphere, lists(rays).as_rays(), bundling);
             for (i, ray) in rays.iter().enumerate() {
                 // o and d in the sphere's own units: it is hit if they pass within 1 of its middle.
                 let o: [f64; 3] = [0, 1, 2].map(|k| 0.5 * (ray.origin[k] - [0.5, -1.0, 7.0][k]));
@@ -472,7 +483,7 @@ fn rays_that_overflow_in_the_space_of_a_tree_end() {
     for set in InstructionSet::available() {
         let scene = scene::<f32>(arrays(std::slice::from_ref(&small), 1.0), set);
         for bundling in [Bundling::Never, Bundling::Always] {
-            let found = found(&scene, Rays::Records(&rays), bundling);
+            let found = found(&scene, lists(&rays).as_rays(), bundling);
             assert!(found.iter().all(|found| *found == Found::NOTHING));
         }
     }
