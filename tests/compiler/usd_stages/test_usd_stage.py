@@ -151,7 +151,7 @@ def Xform "missing" (references = @none.usda@) {
 }
 def Xform "cycle" (references = </cycle>) {
 }
-def Xform "payload" (payload = @none.mtlx@) {
+def Xform "payload" (payload = @none.abc@) {
 }
 """)
     assert imported.paths() == ["/missing/c"]
@@ -297,7 +297,7 @@ def DomeLight "dome" {
     asset inputs:texture:file = @sky.exr@
 }
 def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
-    float inputs:shaping:cone:angle = 30
+    asset inputs:shaping:ies:file = @lamp.ies@
 }
 def Camera "cam" {
     float fStop = 2.8
@@ -306,7 +306,7 @@ def Camera "cam" {
     said = {d.primary.place.prim: d.code for d in imported.diagnostics if d.primary}
     assert said == {
         "/skin": "usd-skinning", "/p": "usd-unused",
-        "/dome": "usd-light", "/spot": "usd-light", "/cam": "usd-camera",
+        "/dome": "usd-light", "/spot": "usd-unused", "/cam": "usd-camera",
     }  # fmt: skip
     assert imported.paths() == ["/model/c", "/skin", "/model/c@/p[0]"]
 
