@@ -74,10 +74,12 @@ class _Cut:
 
 
 def _diameter(p: dict[str, float]) -> float:
-    """The largest extent of a solid that has arcs."""
+    """The largest extent of a solid that has arcs: of a wedge, along its middle or across it."""
     radius = p.get("radius", p.get("r1", p.get("major", 0.0) + p.get("minor", 0.0)))
+    half = math.radians(min(p.get("phi1", 360.0) - p.get("phi0", 0.0), 180.0) / 2.0)
+    along, across = radius - p.get("r0", 0.0) * math.cos(half), 2.0 * radius * math.sin(half)
     sides = [p[f"{axis}1"] - p[f"{axis}0"] for axis in "xyz" if f"{axis}1" in p]
-    return max(2.0 * radius, p.get("height", 0.0), *sides, 0.0)
+    return max(along, across, p.get("height", 0.0), *sides, 0.0)
 
 
 def _round(degrees: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.random_scenes import random_rays, random_scene, random_shape
@@ -197,6 +197,7 @@ SOLIDS = [k for k in ShapeKind if k not in (ShapeKind.SPHERE, ShapeKind.RECTANGL
 
 
 @given(st.sampled_from(SOLIDS), st.integers(0, 10**9))
+@example(ShapeKind.WEDGE, 267)  # narrow: its diameter is far below that of its circle
 @settings(max_examples=30)
 def test_fallback_meshes_lie_on_their_solid(kind: ShapeKind, seed: int) -> None:
     shape = random_shape(kind, np.random.default_rng(seed))
