@@ -60,7 +60,7 @@ def _table() -> tuple[DoubleDouble, DoubleDouble]:
 
 
 def _column(numbers: list[int]) -> DoubleDouble:
-    # More bits fewer than 480 roundings can spoil: sin 30° is 0.5 and nothing else.
+    # Without the last bits, which 480 roundings spoil: sin 30° is 0.5 and nothing else.
     spoilt = 16
     rounded = [((n + (1 << spoilt - 1)) >> spoilt) << spoilt for n in numbers]
     hi, lo = np.array([_dd(n) for n in rounded]).T

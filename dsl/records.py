@@ -1,9 +1,8 @@
 """Classes of records: syntax trees, places, values, scene graphs, and what compiling passes on.
 
 They are data classes, but for two things that would cost much. Data classes compile a `__repr__`,
-`__eq__` and `__hash__` for each class, which took a quarter of the start of a command: here all
-classes share them. And frozen ones take three times as long to make: these are frozen for the type
-checker only.
+`__eq__` and `__hash__` for each class, a quarter of the start of a command: here all classes share
+them. And frozen ones take three times as long to make: these are frozen for the type checker only.
 """
 
 from __future__ import annotations

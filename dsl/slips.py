@@ -45,8 +45,8 @@ def color_of_bytes(call: ast.Chain) -> Diagnostic | None:
         return None
     if max(values) < _FEWEST:
         return None
-    named = all(argument.name is None for argument in first.arguments)
-    example = "".join(f"{int(value):02x}" for value in values) if named else "ffa500"
+    in_order = all(argument.name is None for argument in first.arguments)
+    example = "".join(f"{int(value):02x}" for value in values) if in_order else "ffa500"
     return diagnostic(
         "advice-color",
         "components of `rgb` go from 0 to 1",

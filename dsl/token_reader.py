@@ -66,6 +66,11 @@ class TokenReader:
         """The token before the current one, if there is one."""
         return self.tokens[self.position - 1]
 
+    @property
+    def end_before(self) -> int:
+        """Where the token before the current one ends; 0 if there is none."""
+        return self.ends[self.position - 1] if self.position else 0
+
     def advance(self) -> int:
         """The place of the current token; the next one comes into view."""
         place = self.position
@@ -98,7 +103,7 @@ class TokenReader:
         begins_line = not self.position or self.before.kind == "newline"
         # The first newline of a file comes after its first comment.
         first = not self.position or (begins_line and self.position == 1)
-        between = self.encoded[0 if first else self.before.end : self.starts[self.position]]
+        between = self.encoded[0 if first else self.end_before : self.starts[self.position]]
         if b"///" not in between:
             return ""
         return documentation(between.decode("utf-8", "surrogatepass"), begins_line)
@@ -140,8 +145,7 @@ class TokenReader:
         place = self.token
         if place.value in UNITS and self.before.kind == "number":
             help = f"write the unit directly after the number, as in `40{place.value}`"
-        last = self.tokens[self.position - 1].end if self.position else 0
-        if place.kind in ("newline", "end") and begins_division(self.encoded, last):
+        if place.kind in ("newline", "end") and begins_division(self.encoded, self.end_before):
             help = DIVISION
         if place.kind == "newline":
             place = Token("newline", place.start, place.start)
@@ -265,8 +269,7 @@ class TokenReader:
 
     def begins_line(self) -> bool:
         """Whether a newline is between the token before and the current."""
-        start = self.ends[self.position - 1] if self.position else 0
-        between = self.encoded[start : self.starts[self.position]]
+        between = self.encoded[self.end_before : self.starts[self.position]]
         return any(mark in between for mark in b"\r\n")
 
     def close(self, opener: int, closer: str, expected: str = "") -> None:

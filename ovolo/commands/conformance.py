@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 _GREEN, _RED, _DIM, _RESET = "\x1b[32m", "\x1b[1;31m", "\x1b[2m", "\x1b[0m"
 
-_WIDTH = 11  # of the longest name of a chapter
-
 OURS = {
     "command": "ovolo compile --root . {options} {source}",
     "formatter": "ovolo fmt {source}",
@@ -78,7 +76,8 @@ def run(arguments: argparse.Namespace) -> Exit:
             chapters = dict(judged)
             print_json({name: chapter.as_json() for name, chapter in chapters.items()})
         else:
-            chapters = _printed(judged, wants_color(sys.stdout))
+            width = max((len(e.chapter.removesuffix(".md")) for e in examples), default=0)
+            chapters = _printed(judged, width, wants_color(sys.stdout))
     except OSError as error:
         raise StopError(Exit.USAGE, f"the command cannot be run: {error.strerror}") from None
     return Exit.FAULTS if any(chapter.failed for chapter in chapters.values()) else Exit.OK
@@ -117,8 +116,8 @@ def ourselves(words: list[str], folder: Path) -> Answer:
     return Answer(code, out.getvalue(), err.getvalue())
 
 
-def _printed(judged: Iterable[tuple[str, Chapter]], color: bool) -> dict[str, Chapter]:
-    """The chapters, each printed as soon as it is judged."""
+def _printed(judged: Iterable[tuple[str, Chapter]], width: int, color: bool) -> dict[str, Chapter]:
+    """The chapters, each printed as soon as it is judged; `width` is for their names."""
 
     def paint(text: str, hue: str) -> str:
         return f"{hue}{text}{_RESET}" if color else text
@@ -130,7 +129,7 @@ def _printed(judged: Iterable[tuple[str, Chapter]], color: bool) -> dict[str, Ch
         count = f"{chapter.passed:>4} of {run:>3}"
         skipped = f"  {chapter.skipped} not run" if chapter.skipped else ""
         hue = _RED if chapter.failed else _GREEN
-        print(f"{name:<{_WIDTH}}{paint(count, hue)}{paint(skipped, _DIM)}")
+        print(f"{name:<{width}}{paint(count, hue)}{paint(skipped, _DIM)}")
         for example, reason in chapter.failed.items():
             print(f"  {paint('fails', _RED)}: {example}: {reason}")
         sys.stdout.flush()

@@ -86,8 +86,8 @@ def test_references_to_files_bring_their_materials(look: Path, load: Callable[..
     assert not any("usd-core" in diagnostic.message for diagnostic in imported.diagnostics)
 
 
-def test_layers_are_left_as_they_were(look: Path, load: Callable[..., Any], tmp_path: Path) -> None:
-    assert look.exists()
+@pytest.mark.usefixtures("look")
+def test_layers_are_left_as_they_were(load: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "stage.usda").write_text("#usda 1.0\n" + STAGE)
     layer = Sdf.Layer.FindOrOpen(str(tmp_path / "stage.usda"))
     before = layer.ExportToString()
@@ -95,10 +95,10 @@ def test_layers_are_left_as_they_were(look: Path, load: Callable[..., Any], tmp_
     assert layer.ExportToString() == before
 
 
+@pytest.mark.usefixtures("look")
 def test_without_the_package_there_is_one_warning_with_its_mend(
-    look: Path, load: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    load: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert look.exists()
     monkeypatch.setitem(sys.modules, "MaterialX", None)
     (said,) = load(STAGE).diagnostics
     assert (said.code, said.severity) == ("usd-material", "warning")
