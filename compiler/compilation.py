@@ -151,8 +151,7 @@ def compile_path(
         if path.suffix.lower() not in STAGE_SUFFIXES:
             if prim or options.mask or options.variants:
                 raise ValueError(f"prim, mask and variants are for stages, and {path} is none")
-            # What is a little too large is shown where it is refused.
-            text = Files(files.root).read_text(name, max_bytes=2 * limits.source_bytes)
+            text = Files(files.root).read_text(name, source_bytes=limits.source_bytes)
             return compile_text(
                 text, name, files, time, limits, params, options=options, isolation=isolation
             )

@@ -16,6 +16,7 @@ from dsl.budget import DEFAULT_LIMITS
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.files import FileFault, Files
+from dsl.limits import SIZES
 from dsl.scene import File, FloatArray, IntArray, Mesh, Node, Origin
 from dsl.spans import Place
 
@@ -141,7 +142,7 @@ def _read(data: bytes, ending: str, beside: Mapping[str, bytes]) -> tuple[FloatA
 def _checked(
     path: str, points: FloatArray, triangles: IntArray, origin: Origin | None, place: Place | None
 ) -> tuple[Mesh | None, list[Diagnostic]]:
-    finite = np.append(np.isfinite(points).all(axis=1), False)
+    finite = np.append((np.abs(points) <= SIZES[1]).all(axis=1), False)
     sound = np.asarray(finite[triangles].all(axis=1))
     dropped = len(triangles) - int(sound.sum())
     diagnostics = []

@@ -11,6 +11,7 @@ import numpy as np
 
 from dsl import scene, sizes
 from dsl.lanes import Sequential, among, as_objects, chosen, distinct, of_lanes, stacked
+from dsl.limits import SIZES
 from dsl.scene import IntArray
 from dsl.spans import Span
 from dsl.values import Choice, Object, Objects, Part, Value
@@ -34,7 +35,8 @@ def shapes(
         objects: Objects = chosen([make(row) for row in zip(*columns, strict=True)], place)
         return objects
     scales = stacked(unit[1])
-    if not (np.isfinite(scales) & (scales > 0.0)).all():
+    largest = scales.max(axis=1)
+    if not ((scales > 0.0).all() and (largest >= SIZES[0]).all() and (largest <= SIZES[1]).all()):
         raise Sequential
     child = scene.Shape(kind, unit[0], scene.Origin(span), sized=True)
     return Objects((Part(np.arange(count), child, sizes=scales),), count)

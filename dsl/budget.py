@@ -19,8 +19,9 @@ class Limits:
     diagnostics: int = 50
     """Faults that are reported; the run ends there."""
     steps: int = 20_000_000
-    """Expressions evaluated, iterations begun, items copied; a fault counts as 500, an expression
-    that is evaluated in n iterations at once as 1 + n/8."""
+    """Expressions evaluated, iterations begun, items copied; a fault counts as 500. An expression
+    that is evaluated in n iterations at once counts as 1 + n/8: what keeps the limit one iteration
+    after the other keeps it in any case."""
     call_depth: int = 1_000
     """Functions called within one another."""
     iterations: int = 2_000_000

@@ -137,9 +137,10 @@ def conditional(run: Run, node: ast.If, scope: Scope) -> Task:
                 assert here is not None
                 assert outer is not None
                 if value.values.any():
-                    run.lanes = here.only(value.values)
-                    pieces.append((run.lanes.within(outer), (yield block, scope)))
-                    run.lanes = here.only(~value.values)
+                    held = here.only(value.values)
+                    run.take(held)
+                    pieces.append((held.within(outer), (yield block, scope)))
+                    run.take(here.only(~value.values))
             elif isinstance(value, Truths) or truth(value, condition, "a condition"):
                 result = yield block, scope
                 break
@@ -155,7 +156,7 @@ def conditional(run: Run, node: ast.If, scope: Scope) -> Task:
         merge: Value = merged([*pieces, (run.lanes.within(outer), result)], outer.count)
         return merge
     finally:
-        run.lanes = outer
+        run.take(outer)
 
 
 def _undecided(
@@ -170,7 +171,8 @@ def _undecided(
         return left
     try:
         if settled.any():
-            run.lanes = rest = lanes.only(~settled)
+            rest = lanes.only(~settled)
+            run.take(rest)
         value = yield right, scope
         if not isinstance(value, Truths):
             truth(value, right, f"an operand of `{op.symbol}`")
@@ -181,4 +183,4 @@ def _undecided(
         result: Value = merged(pieces, lanes.count)
         return result
     finally:
-        run.lanes = lanes
+        run.take(lanes)

@@ -32,6 +32,14 @@ class FileFault(Exception):
         return diagnostic(self.code, self.message, place, help=self.help, secondary=secondary)
 
 
+class SourceTooLarge(FileFault):
+    """A scene program beyond the limit: `size` in words, such as "12 bytes"."""
+
+    def __init__(self, name: str, size: str, limit: int) -> None:
+        message = f"`{name}` has {size}, more than the limit of {limit}"
+        super().__init__("limit-source", message, "split it into files and `use` them")
+
+
 class Files:
     """Reads files by the names that scenes give them.
 
@@ -57,10 +65,11 @@ class Files:
             )
         return str(resolved.relative_to(self.root))
 
-    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
+    def resolve(self, path: str, folder: str = "", source_bytes: int | None = None) -> Path:
         """The existing file that `path` names in `folder`, symbolic links followed.
 
-        Raises FileFault for what is missing, outside, too large, or not a file.
+        `source_bytes` are what it may have if it is to be a scene program. Raises FileFault for
+        what is missing, outside, too large, or not a file.
         """
         if not path or "\0" in path:
             raise FileFault("file-missing", "a file's name is empty or has a null character")
@@ -92,23 +101,26 @@ class Files:
             raise FileFault(
                 "file-unreadable", f"`{path}` cannot be read: {_reason(error)}"
             ) from None
-        self._check_size(path, size, max_bytes)
+        self._check_size(path, size, source_bytes)
         return found
 
-    def _check_size(self, path: str, size: int, max_bytes: int | None) -> None:
-        limit = self.max_bytes if max_bytes is None else min(max_bytes, self.max_bytes)
-        if size > limit:
-            raise FileFault("file-too-large", f"`{path}` has {size} bytes, more than {limit}")
+    def _check_size(self, path: str, size: int, source_bytes: int | None) -> None:
+        if source_bytes is not None and size > source_bytes:
+            raise SourceTooLarge(path, f"{size} bytes", source_bytes)
+        if size > self.max_bytes:
+            raise FileFault(
+                "file-too-large", f"`{path}` has {size} bytes, more than {self.max_bytes}"
+            )
 
-    def read_bytes(self, path: str, folder: str = "", max_bytes: int | None = None) -> bytes:
-        """The contents of a file of at most so many bytes; raises FileFault."""
-        found = self.resolve(path, folder, max_bytes)
+    def read_bytes(self, path: str, folder: str = "", source_bytes: int | None = None) -> bytes:
+        """The contents of a file, see `resolve`; raises FileFault."""
+        found = self.resolve(path, folder, source_bytes)
         try:
             with open(found, "rb", opener=_without_waiting) as file:
                 found_now = os.fstat(file.fileno())
                 if not stat.S_ISREG(found_now.st_mode):
                     raise FileFault("file-unreadable", f"`{path}` is not a file")
-                self._check_size(path, found_now.st_size, max_bytes)
+                self._check_size(path, found_now.st_size, source_bytes)
                 content = file.read(found_now.st_size + 1) or b""
         except OSError as error:
             raise FileFault(
@@ -119,9 +131,9 @@ class Files:
             raise FileFault("file-unreadable", message, "read it when it is written")
         return content
 
-    def read_text(self, path: str, folder: str = "", max_bytes: int | None = None) -> str:
-        """The text of a UTF-8 file without its byte-order mark; raises FileFault."""
-        return decode(self.read_bytes(path, folder, max_bytes), path)
+    def read_text(self, path: str, folder: str = "", source_bytes: int | None = None) -> str:
+        """The text of a UTF-8 file without its byte-order mark, see `resolve`; raises FileFault."""
+        return decode(self.read_bytes(path, folder, source_bytes), path)
 
     def _near(self, missing: Path) -> str | None:
         """Help that names a file of nearly that name beside the missing one."""

@@ -15,6 +15,7 @@ from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.elsewhere import MEANT, SIGNS, WORDS
+from dsl.files import SourceTooLarge
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.tokens import KEYWORDS, RESERVED, Tokens, TokenValue
@@ -102,8 +103,8 @@ class _Lexer:
         tokens, known, is_ascii = self.tokens, self.known, text.isascii()
         size = _size(text)
         if size > limit:
-            message = f"the source has {size} bytes, more than the limit of {limit}"
-            self.fault("limit-source", message, 0, 0, help="split it into files and `use` them")
+            fault = SourceTooLarge(self.source.name, f"{size} bytes", limit)
+            self.diagnostics.append(fault.diagnostic(Span(self.source, 0, 0)))
             tokens.append("end", 0, 0)
             return tokens, self.diagnostics
         kinds, starts, ends, values = tokens.kinds, tokens.starts, tokens.ends, tokens.values

@@ -15,6 +15,10 @@ from dsl.records import value
 from dsl.scene import SHAPE_PARAMETERS, ShapeKind
 from dsl.values import format_number as number
 
+SIZES = (1e-100, 1e100)
+"""Between these is the largest length of a shape, and no coordinate is beyond: squares and products
+of three are then numbers."""
+
 
 @value
 class Broken:
@@ -34,12 +38,15 @@ def broken_limit(kind: ShapeKind, parameters: Sequence[float]) -> Broken | None:
 
     Equality at a bevel's limit is allowed.
     """
-    names = SHAPE_PARAMETERS[kind]
-    p = dict(zip(names, parameters, strict=True))
+    p = dict(zip(SHAPE_PARAMETERS[kind], parameters, strict=True))
     for name, amount in p.items():
         if not math.isfinite(amount):
             return Broken("value-not-finite", f"{name} = {amount} is not finite", (name,))
-    return _broken_extent(kind, p) or (_broken_bevel(kind, p) if "bevel" in p else None)
+    return (
+        _broken_extent(kind, p)
+        or _broken_size({name: amount for name, amount in p.items() if not name.startswith("phi")})
+        or (_broken_bevel(kind, p) if "bevel" in p else None)
+    )
 
 
 def largest_bevel(kind: ShapeKind, parameters: Sequence[float]) -> float:
@@ -157,7 +164,7 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
             return None
         unit = "°" if low == "phi0" else ""
         message = f"{low} = {number(p[low])}{unit} is not below {high} = {number(p[high])}{unit}"
-        return Broken("value-order", message, (low, high))
+        return Broken("value-order", message, (high, low))
 
     match kind:
         case ShapeKind.SPHERE | ShapeKind.DISC:
@@ -197,6 +204,19 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
                     "the whole turn is a `ring`",
                 )
             return broken
+
+
+def _broken_size(lengths: dict[str, float]) -> Broken | None:
+    if not lengths:
+        return None
+    name = max(lengths, key=lambda name: abs(lengths[name]))
+    size, (low, high) = abs(lengths[name]), SIZES
+    if low <= size <= high:
+        return None
+    shown = name.replace("_", ".") if lengths[name] > 0.0 else f"|{name}|"
+    bound = f"is below {number(low)}" if size < low else f"exceeds {number(high)}"
+    message = f"{shown} = {number(size)} {bound}"
+    return Broken("value-out-of-range", message, (name,), "choose another unit of length")
 
 
 def _broken_triangle(p: dict[str, float]) -> Broken | None:

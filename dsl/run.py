@@ -86,8 +86,7 @@ class Run:
     def at_once(self, task: Task, lanes: Lanes) -> Value:
         """The value of a task in many iterations; Sequential leaves all as it was."""
         spent, around = (self._steps, self._nodes), len(self.context)
-        self.lanes = lanes
-        self._cost += lanes.count // _LANES_PER_STEP
+        self.take(lanes)
         try:
             with np.errstate(all="ignore"):
                 return self.drive(task)
@@ -96,8 +95,16 @@ class Run:
             del self.context[around:]
             raise
         finally:
-            self.lanes = None
-            self._cost = 1
+            self.take(None)
+
+    def take(self, lanes: Lanes | None) -> None:
+        """Evaluate in these iterations at once from here on; None: in one.
+
+        A step of n of them counts less than n steps, so no program spends more than it would
+        if they were evaluated one after the other.
+        """
+        self.lanes = lanes
+        self._cost = 1 if lanes is None else 1 + lanes.count // _LANES_PER_STEP
 
     def _drive(self, stack: list[Task]) -> Value:
         value: Any = None

@@ -39,7 +39,11 @@ def _one(site: Site, kind: ShapeKind, parameters: tuple[float, ...]) -> Shape:
 
 
 _ARGUMENTS = {
-    **{f"{axis}{end}": (axis, "max") for axis in "xyz" for end in "01"},
+    **{
+        f"{axis}{end}": (axis, corner, "size")
+        for axis in "xyz"
+        for end, corner in (("0", "min"), ("1", "max"))
+    },
     **{name: (name[:-1],) for name in ("r0", "r1", "phi0", "phi1")},
     **{f"{corner}x": (corner,) for corner in "abc"},
     "size_x": ("size",),

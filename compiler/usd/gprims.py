@@ -18,6 +18,7 @@ from compiler.usd.schema import KINDS
 from compiler.usd.solids import checked, read_bevel, read_solid
 from compiler.usd.tapered import capsule, frustum
 from compiler.usd.xform import rotation
+from dsl.limits import SIZES
 from dsl.scene import Mesh, Shape, ShapeKind, Step, StepKind
 
 _FROM_Y: dict[str, tuple[Step, ...]] = {
@@ -26,9 +27,6 @@ _FROM_Y: dict[str, tuple[Step, ...]] = {
     "Z": (rotation("X", 90.0),),
 }
 """Turns +y into the axis, and never mirrors."""
-
-SIZES = (1e-100, 1e100)
-"""What solids measure at least and at most."""
 
 _UPSIDE_DOWN = (rotation("X", 180.0),)
 

@@ -23,17 +23,19 @@ class OpenFiles(Files):
         super().__init__()
         self.texts: dict[str, str] = {}
 
-    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
+    def resolve(self, path: str, folder: str = "", source_bytes: int | None = None) -> Path:
         """The file, which need not be stored yet if it is open; raises FileFault."""
         named = PurePath(folder) / path
-        return Path(named) if str(named) in self.texts else super().resolve(path, folder, max_bytes)
+        return (
+            Path(named) if str(named) in self.texts else super().resolve(path, folder, source_bytes)
+        )
 
-    def read_bytes(self, path: str, folder: str = "", max_bytes: int | None = None) -> bytes:
+    def read_bytes(self, path: str, folder: str = "", source_bytes: int | None = None) -> bytes:
         """The bytes of the open text, or of the file; raises FileFault."""
-        text = self.texts.get(str(self.resolve(path, folder, max_bytes)))
+        text = self.texts.get(str(self.resolve(path, folder, source_bytes)))
         if text is not None:
             return text.encode("utf-8", "replace")
-        return super().read_bytes(path, folder, max_bytes)
+        return super().read_bytes(path, folder, source_bytes)
 
 
 class Project:

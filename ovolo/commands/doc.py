@@ -18,12 +18,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Print what the `///` lines of a program say; its syntax must be right."""
+    from dsl.budget import DEFAULT_LIMITS
     from dsl.files import FileFault, Files
     from dsl.language_service.manual import manual, markdown
     from dsl.language_service.program import Program
 
     try:
-        text = Files().read_text(arguments.scene)
+        text = Files().read_text(arguments.scene, source_bytes=DEFAULT_LIMITS.source_bytes)
     except FileFault as fault:
         raise CompileError([fault.diagnostic(None)]) from None
     program = Program(arguments.scene, text)

@@ -26,18 +26,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Exit:
     """Format every scene; those with faults of syntax stay as they are."""
-    from dsl.files import FileFault, Files, decode
+    from dsl.budget import DEFAULT_LIMITS
+    from dsl.files import FileFault, Files
     from dsl.format import format_source
     from dsl.spans import Source
+
+    limit = DEFAULT_LIMITS.source_bytes
 
     faults: list[Diagnostic] = []
     changed = []
     for name in arguments.scenes:
         try:
             if name == "-":
-                text = decode(sys.stdin.buffer.read(), "standard input")
+                text = _standard_input(limit)
             else:
-                text = Files().read_text(name)
+                text = Files().read_text(name, source_bytes=limit)
         except FileFault as fault:
             faults.append(fault.diagnostic(None))
             continue
@@ -57,6 +60,15 @@ def run(arguments: argparse.Namespace) -> Exit:
             print(f"{name} is not in its canonical form", file=sys.stderr)
         return code if faults or not changed else Exit.FAULTS
     return code
+
+
+def _standard_input(limit: int) -> str:
+    from dsl.files import SourceTooLarge, decode
+
+    content = sys.stdin.buffer.read(limit + 1)
+    if len(content) > limit:
+        raise SourceTooLarge("standard input", f"at least {len(content)} bytes", limit)
+    return decode(content, "standard input")
 
 
 def _write(name: str, text: str, formatted: str) -> None:

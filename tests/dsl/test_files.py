@@ -79,12 +79,12 @@ class _Meanwhile(Files):
     """Files with something that happens between looking at a file and reading it."""
 
     def __init__(self, happens: Callable[[Path], object]) -> None:
-        super().__init__()
+        super().__init__(max_bytes=100)
         self.happens = happens
 
-    def resolve(self, path: str, folder: str = "", max_bytes: int | None = None) -> Path:
+    def resolve(self, path: str, folder: str = "", source_bytes: int | None = None) -> Path:
         """The file, which is another one a moment later."""
-        found = super().resolve(path, folder, max_bytes)
+        found = super().resolve(path, folder, source_bytes)
         self.happens(found)
         return found
 
@@ -106,7 +106,7 @@ def test_a_file_that_changes_is_read_in_bounded_time(
     root: Path, happens: Callable[[Path], object], code: str
 ) -> None:
     with pytest.raises(FileFault) as raised:
-        _Meanwhile(happens).read_bytes("top.ovo", str(root), max_bytes=100)
+        _Meanwhile(happens).read_bytes("top.ovo", str(root))
     assert raised.value.code == code
 
 

@@ -132,6 +132,14 @@ def test_fmt_leaves_faulty_programs_alone(run: Run, folder: Path) -> None:
     assert (folder / "open.ovo").read_text() == "sphere( 1\n"
 
 
+@pytest.mark.parametrize("command", ["check", "fmt", "doc"])
+def test_a_program_beyond_the_limit_is_refused(run: Run, folder: Path, command: str) -> None:
+    (folder / "large.ovo").write_bytes(b"\n" * 8_000_001)
+    outcome = run(command, "large.ovo")
+    assert outcome.code == Exit.FAULTS
+    assert "`large.ovo` has 8000001 bytes, more than the limit of 8000000" in outcome.err
+
+
 def test_fmt_filters_standard_input(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def given(content: bytes) -> None:
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content)))

@@ -173,7 +173,7 @@ def test_what_has_no_size_is_reported(load: Callable[..., Any], text: str) -> No
     "text",
     ['def Sphere "p" {\ndouble radius = 1e308\n}', 'def Cone "p" {\ndouble height = 1e-320\n}',
      'def Capsule_1 "p" {\ndouble radiusTop = 1e308\n}',
-     'def OvoloTorus "p" {\ndouble major = 1e200\n}'],
+     'def OvoloTorus "p" {\ndouble minor = 1e-200\n}'],
 )  # fmt: skip
 def test_what_cannot_be_measured_is_reported(load: Callable[..., Any], text: str) -> None:
     imported = load(text)
