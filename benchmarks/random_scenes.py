@@ -234,13 +234,15 @@ def random_rays(graph: SceneGraph, count: int, seed: int) -> Rays:
 
 def graze(rays: Rays, graph: SceneGraph, rng: Generator) -> None:
     """Make every fifth ray pass along the surface that it hits, 1e-13 … 1e-2 beside it."""
-    t, normal, position, *_ = ReferenceTracer(graph).trace(*rays)
-    chosen = np.flatnonzero(np.isfinite(t) & (rng.random(len(t)) < 0.2))
-    scale = np.linalg.norm(position[chosen] - rays.origins[chosen], axis=1, keepdims=True)
-    tangent = np.cross(normal[chosen], rng.normal(size=(len(chosen), 3)))
+    fifth = np.flatnonzero(rng.random(len(rays.t_min)) < 0.2)
+    t, normal, position, *_ = ReferenceTracer(graph).trace(*rays.at(fifth))
+    hit = np.isfinite(t)
+    chosen, normal, position = fifth[hit], normal[hit], position[hit]
+    scale = np.linalg.norm(position - rays.origins[chosen], axis=1, keepdims=True)
+    tangent = np.cross(normal, rng.normal(size=(len(chosen), 3)))
     offset = rng.choice([-1, 1], scale.shape) * 10.0 ** rng.uniform(-13, -2, scale.shape)
     rays.directions[chosen] = tangent
-    rays.origins[chosen] = position[chosen] + scale * (offset * normal[chosen] - tangent)
+    rays.origins[chosen] = position + scale * (offset * normal - tangent)
 
 
 def leaf_points(node: Node, rng: Generator) -> FloatArray:
