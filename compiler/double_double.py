@@ -13,7 +13,8 @@ number, which cannot overflow.
 
 A part is an array or a float64 scalar. A scalar holds for every lane, and scalars 0 and 1 cost
 nothing: a matrix of mostly constant entries is multiplied at the price of its varying ones, and
-since 0·x = 0, 1·x = x and 0 + x = x are exact, with the same result to the last bit.
+since 0·x = 0, 1·x = x and 0 + x = x are exact, with the same result to the last bit. So it is for
+numbers that were halfs or floats: they are their own upper halves.
 """
 
 from __future__ import annotations
@@ -71,12 +72,18 @@ def _product(
     """`two_product` of what is split already."""
     (a1, a0), (b1, b0) = a_halves, b_halves
     p = a * b
+    a_short, b_short = _is_nothing(a0), _is_nothing(b0)
+    if a_short and b_short:
+        return p, _NOTHING
     # In place, where these are arrays: the order is that of the sum.
     error = a1 * b1
     error -= p
-    error += a1 * b0
-    error += a0 * b1
-    error += a0 * b0
+    if not b_short:
+        error += a1 * b0
+    if not a_short:
+        error += a0 * b1
+    if not a_short and not b_short:
+        error += a0 * b0
     return p, error
 
 
@@ -103,12 +110,24 @@ class DoubleDouble:
         """The constant `value`."""
         return DoubleDouble(np.float64(value))
 
+    @staticmethod
+    def short(hi: Part) -> DoubleDouble:
+        """Numbers of at most 26 bits, such as floats."""
+        number = DoubleDouble(hi)
+        number._halves = hi, _NOTHING
+        return number
+
+    @property
+    def is_short(self) -> bool:
+        """Whether these are known to be numbers of at most 26 bits."""
+        return self._halves is not None and _is_nothing(self._halves[1]) and _is_nothing(self.lo)
+
     def is_constant(self, value: float) -> bool:
         """Whether this is a scalar equal to `value`."""
         return bool(self.hi.ndim == 0 and self.hi == value and _is_nothing(self.lo))
 
     def __neg__(self) -> DoubleDouble:
-        return DoubleDouble(-self.hi, -self.lo)
+        return DoubleDouble.short(-self.hi) if self.is_short else DoubleDouble(-self.hi, -self.lo)
 
     def __add__(self, other: DoubleDouble) -> DoubleDouble:
         if self.is_constant(0.0):
@@ -139,7 +158,7 @@ class DoubleDouble:
             e += cross
         elif not _is_nothing(self.lo):
             e += self.lo * other.hi
-        return DoubleDouble(*_fast_two_sum(p, e))
+        return DoubleDouble(p) if _is_nothing(e) else DoubleDouble(*_fast_two_sum(p, e))
 
     def __truediv__(self, other: DoubleDouble) -> DoubleDouble:
         """Quotient; not finite where `other` is 0 (algorithm 17 of Joldes et al.)."""
@@ -165,6 +184,8 @@ class DoubleDouble:
         """This times a power of two, exactly."""
         if self.is_constant(0.0):
             return self
+        if self.is_short:
+            return DoubleDouble.short(self.hi * power)
         return DoubleDouble(self.hi * power, self.lo if _is_nothing(self.lo) else self.lo * power)
 
     def take(self, index: NDArray[np.signedinteger[Any]] | slice | int) -> DoubleDouble:

@@ -7,7 +7,8 @@ most `FLATTEN_ROWS` rows to the tables it is placed in, so memory grows with wha
 with what it multiplies out to.
 
 Tables are integers only; matrices come later (`compiler.place`). Within a group the *frames* form
-a tree: each is placed in its parent (-1: the group's own space) by one lane of one chain.
+a tree: each is placed in its parent (-1: the group's own space) by one lane of one chain, and so is
+each leaf. Lanes are numbered through all chains.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ FLATTEN_ROWS = 1 << 16
 class Table:
     """The leaves of one group in order of emission, its frames and its source segments.
 
-    There is room for `leaves` of them with one frame and segment each, and may be made for more.
+    There is room for `leaves` of them with a frame and two segments each, and may be made for more.
     """
 
     def __init__(self, leaves: int) -> None:
         self.frame_parent = Column(leaves)
-        self.frame_chain = Column(leaves)
         self.frame_lane = Column(leaves)
         self.leaf_frame = Column(leaves)
+        self.leaf_lane = Column(leaves)  # -1 only where the frame is, too
         self.leaf_target = Column(leaves)  # a leaf, or ~branch if kept
         self.leaf_material = Column(leaves)
         self.leaf_source = Column(leaves)
-        self.source_parent = Column(leaves)
-        self.source_origin = Column(leaves)
-        self.source_index = Column(leaves)
+        self.source_parent = Column(2 * leaves)
+        self.source_origin = Column(2 * leaves)
+        self.source_index = Column(2 * leaves)
 
 
 @value
@@ -88,6 +89,12 @@ def plan(branches: Branches) -> Plan:
     return planned
 
 
+def first_lanes(chains: Sequence[Chain]) -> Integers:
+    """The number of each chain's first lane."""
+    counts = np.array([chain.count for chain in chains], dtype=np.int64)
+    return np.cumsum(counts) - counts
+
+
 def expand(branches: Branches, plan: Plan) -> dict[int, Table]:
     """The tables of the root (the last branch) and of every kept branch, by branch.
 
@@ -95,9 +102,10 @@ def expand(branches: Branches, plan: Plan) -> dict[int, Table]:
     """
     root = len(branches.edges) - 1
     tables: dict[int, Table] = {}
+    first = first_lanes(branches.chains)
     for branch, placements in enumerate(plan.placements):
         if placements > 1 or branch == root:
-            tables[branch] = _table(branch, branches, plan, tables)
+            tables[branch] = _table(branch, branches, plan, tables, first)
     groups = {root: tables[root]}
     queue = [root]
     for group in queue:
@@ -114,15 +122,17 @@ def joined(tables: Iterable[Table]) -> Table:
     first, *others = tables
     if not others:
         return first
-    maker = _Maker(sum(len(table.leaf_target) for table in (first, *others)), ())
+    maker = _Maker(sum(len(table.leaf_target) for table in (first, *others)), (), np.empty(0, int))
     for table in (first, *others):
         maker.copies(Edge(0), -1, NO_MATERIAL, -1, table)
     return maker.table
 
 
-def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]) -> Table:
+def _table(
+    branch: int, branches: Branches, plan: Plan, tables: dict[int, Table], first: Integers
+) -> Table:
     """Expand one branch; branches placed once are expanded in place, others copied if not kept."""
-    maker = _Maker(plan.rows[branch], branches.chains)
+    maker = _Maker(plan.rows[branch], branches.chains, first)
     stack = [(branch, iter(branches.edges[branch]), -1, NO_MATERIAL, -1)]
     starts: list[int] = []  # the first leaf of every edge, in ordered branches only
     while stack:
@@ -148,37 +158,46 @@ def _table(branch: int, branches: Branches, plan: Plan, tables: dict[int, Table]
 
 
 class _Maker:
-    def __init__(self, leaves: int, chains: Sequence[Chain]) -> None:
+    def __init__(self, leaves: int, chains: Sequence[Chain], first: Integers) -> None:
         self.table = Table(leaves)
         self.chains = chains
+        self.first = first
 
     def below(self, edge: Edge, frame: int, material: int, source: int) -> tuple[int, int, int]:
         """Frame, material and source below a single placement."""
+        frame = self.frame(self.parts(edge.chain), frame)
+        return frame, combined(material, edge.material), self.source(edge, source)
+
+    def frame(self, chains: Sequence[int], frame: int) -> int:
+        """The innermost of frames, one for each chain."""
         t = self.table
-        for chain in self.parts(edge.chain):
+        for chain in chains:
             t.frame_parent.append(frame)
-            t.frame_chain.append(chain)
-            t.frame_lane.append(0)
+            t.frame_lane.append(int(self.first[chain]))
             frame = len(t.frame_parent) - 1
+        return frame
+
+    def source(self, edge: Edge, source: int) -> int:
+        """The innermost of an edge's segments."""
+        t = self.table
         for origin, index in edge.segments:
             t.source_parent.append(source)
             t.source_origin.append(origin)
             t.source_index.append(index)
             source = len(t.source_parent) - 1
-        return frame, combined(material, edge.material), source
+        return source
 
-    def lane_frames(self, edge: Edge, frame: int) -> Integers:
+    def lane_frames(self, chains: Sequence[int], count: int, frame: int) -> Integers | int:
         """The innermost frame for each lane of a batch."""
         t = self.table
-        lanes = np.arange(edge.count, dtype=np.int32)
+        lanes = np.arange(count, dtype=np.int32)
         frames: Integers | int = frame
-        for chain in self.parts(edge.chain):
+        for chain in chains:
             first = len(t.frame_parent)
-            t.frame_parent.extend(frames, edge.count)
-            t.frame_chain.extend(chain, edge.count)
-            t.frame_lane.extend(lanes, edge.count)
+            t.frame_parent.extend(frames, count)
+            t.frame_lane.extend(lanes + np.int32(self.first[chain]), count)
             frames = first + lanes
-        return np.asarray(frames)
+        return frames
 
     def parts(self, chain: int) -> tuple[int, ...]:
         """The chains that are frames of their own, outermost first."""
@@ -207,14 +226,21 @@ class _Maker:
         material = combined(material, edge.material)
         if edge.target >= 0 and material < NO_MATERIAL:
             material = overriding(material)  # nothing is below a leaf that could be overridden
+        *outer, own = self.parts(edge.chain) or (-1,)
         if edge.count == 1:
-            frame, _, source = self.below(edge, frame, material, source)
+            frame = self.frame(outer, frame)
+            frame, lane = (frame, int(self.first[own])) if own >= 0 else self.last_of(frame)
             t.leaf_frame.append(frame)
+            t.leaf_lane.append(lane)
             t.leaf_target.append(edge.target)
             t.leaf_material.append(material)
-            t.leaf_source.append(source)
+            t.leaf_source.append(self.source(edge, source))
             return
-        t.leaf_frame.extend(self.lane_frames(edge, frame), edge.count)
+        # The lanes of a batch have a chain.
+        t.leaf_frame.extend(self.lane_frames(outer, edge.count, frame), edge.count)
+        t.leaf_lane.extend(
+            np.arange(edge.count, dtype=np.int32) + np.int32(self.first[own]), edge.count
+        )
         t.leaf_target.extend(edge.target, edge.count)
         t.leaf_material.extend(material, edge.count)
         if edge.indices is None and edge.batch >= 0:
@@ -232,6 +258,13 @@ class _Maker:
         else:
             t.leaf_source.extend(self.lane_sources(edge, source), edge.count)
 
+    def last_of(self, frame: int) -> tuple[int, int]:
+        """The frame around a frame, and the lane that places it there."""
+        t = self.table
+        if frame < 0:
+            return -1, -1
+        return int(t.frame_parent.numbers[frame]), int(t.frame_lane.numbers[frame])
+
     def reorder(self, starts: Sequence[int], lanes: Sequence[int], order: Integers) -> None:
         """Put the lanes of edges, whose leaves begin at `starts` and end at the last, in order."""
         sizes = np.diff(starts) // lanes
@@ -242,7 +275,8 @@ class _Maker:
         within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
         rows = np.repeat(first, size) + within
         t = self.table
-        for column in (t.leaf_frame, t.leaf_target, t.leaf_material, t.leaf_source):
+        columns = t.leaf_frame, t.leaf_lane, t.leaf_target, t.leaf_material, t.leaf_source
+        for column in columns:
             leaves = column.numbers
             leaves[starts[0] : starts[-1]] = leaves[rows]
 
@@ -254,17 +288,25 @@ class _Maker:
             frames, sources = np.full(1, frame), np.full(1, source)
         else:
             material = combined(material, edge.material)
-            frames = self.lane_frames(edge, frame)
+            chains = self.parts(edge.chain)
+            frames = np.broadcast_to(self.lane_frames(chains, count, frame), count)
             sources = self.lane_sources(edge, source)
         first_frame, first_source = len(t.frame_parent), len(t.source_parent)
         _extend(t.frame_parent, _placed(inner.frame_parent, frames, first_frame))
-        _extend(t.frame_chain, _tiled(inner.frame_chain, count))
         _extend(t.frame_lane, _tiled(inner.frame_lane, count))
         _extend(t.source_parent, _placed(inner.source_parent, sources, first_source))
         _extend(t.source_origin, _tiled(inner.source_origin, count))
         _extend(t.source_index, _tiled(inner.source_index, count))
         frame_count, source_count = len(inner.frame_parent), len(inner.source_parent)
-        _extend(t.leaf_frame, _placed(inner.leaf_frame, frames, first_frame, frame_count))
+        leaf_frames = _placed(inner.leaf_frame, frames, first_frame, frame_count)
+        leaf_lanes = _tiled(inner.leaf_lane, count)
+        bare = np.flatnonzero((leaf_lanes < 0) & (leaf_frames >= 0))
+        if len(bare):
+            around = leaf_frames[bare]
+            leaf_frames[bare] = t.frame_parent.numbers[around]
+            leaf_lanes[bare] = t.frame_lane.numbers[around]
+        _extend(t.leaf_frame, leaf_frames)
+        _extend(t.leaf_lane, leaf_lanes)
         _extend(t.leaf_source, _placed(inner.leaf_source, sources, first_source, source_count))
         _extend(t.leaf_target, _tiled(inner.leaf_target, count))
         materials = _tiled(inner.leaf_material, count)

@@ -13,7 +13,7 @@ from compiler.affine import STILL, Placement, scatter_placements
 from compiler.column import Integers
 from compiler.compress import Chain
 from compiler.double_double import Part
-from compiler.expand import Table
+from compiler.expand import Table, first_lanes
 from compiler.transforms import Factor, compose, compose_many, prepared
 
 # Lanes worked on at once: few enough that their matrices stay in the caches.
@@ -24,11 +24,18 @@ _LARGE = 8192
 _NOISE = 2.0**-80
 
 
+class Large(NamedTuple):
+    """A chain that is composed when it is needed, and the number of its first lane."""
+
+    factor: Factor
+    first: int
+
+
 class Chunk(NamedTuple):
     """Some leaves: of one large chain, or of the others."""
 
     leaves: slice | Integers
-    chain: Factor | None
+    chain: Large | None
 
 
 class Frames:
@@ -41,40 +48,58 @@ class Frames:
     def __init__(self, chains: Sequence[Chain], table: Table) -> None:
         self._chains = chains
         self._parent = table.frame_parent.numbers
-        self._chain = table.frame_chain.numbers
         self._lane = table.frame_lane.numbers
         self._leaf_frame = table.leaf_frame.numbers
+        self._leaf_lane = table.leaf_lane.numbers
+        self._first = first_lanes(chains)
         self._large = np.array([chain.count > _LARGE for chain in chains], dtype=bool)
-        self._pool, self._first = self._pooled()
-        parents = np.zeros(len(self._parent), dtype=bool)
-        parents[self._parent[self._parent >= 0]] = True
+        self._pool, self._place = self._pooled()
+        parents = np.zeros(len(self._parent) + 1, dtype=bool)
+        parents[self._parent] = True
+        parents[self._leaf_frame] = True
+        parents[-1] = False  # which stands for the group's own space
         self._inner = np.flatnonzero(parents)
         self._outer = self._inner_placements(self._inner)
 
     def chunks(self) -> Iterator[Chunk]:
         """All leaves, some at a time."""
-        for number, run in _grouped(self._large_chain()):
-            factor = prepared(self._chains[number].steps) if number >= 0 else None
+        for number, run in _grouped(self._large_chain(self._leaf_lane)):
+            chain = self._prepared(number)
             for a in range(0, len(run), _CHUNK):
                 leaves = run[a : a + _CHUNK]
                 first, last = int(leaves[0]), int(leaves[-1])
                 whole = last - first + 1 == len(leaves)
                 chosen = slice(first, last + 1) if whole else np.asarray(leaves)
-                yield Chunk(chosen, factor)
+                yield Chunk(chosen, chain)
 
-    def _large_chain(self) -> Integers:
-        """The large chain of each leaf's frame, or -1."""
-        large = np.where(self._large[self._chain], self._chain, -1)
-        return np.append(large, np.int32(-1))[self._leaf_frame]
+    def _prepared(self, chain: int) -> Large | None:
+        if chain < 0:
+            return None
+        return Large(prepared(self._chains[chain].steps), int(self._first[chain]))
+
+    def _large_chain(self, lanes: Integers) -> Integers:
+        """The chain of each lane if it is large, else -1."""
+        chains = np.full(len(lanes), -1, dtype=np.int32)
+        large = np.flatnonzero(self._large)
+        if not len(large):
+            return chains
+        firsts = self._first[large]
+        ends = firsts + [self._chains[chain].count for chain in large.tolist()]
+        for start in range(0, len(lanes), _CHUNK):
+            some = lanes[start : start + _CHUNK]
+            near = np.searchsorted(firsts, some, side="right") - 1
+            within = (near >= 0) & (some < ends[near])
+            chains[start : start + _CHUNK][within] = large[near[within]]
+        return chains
 
     def placements(self, chunk: Chunk) -> Placement:
         """The placements of some leaves."""
         with np.errstate(all="ignore"):
-            return self._placements(self._leaf_frame[chunk.leaves], chunk.chain)
+            return self._placements(chunk)
 
-    def _placements(self, frame: Integers, large: Factor | None) -> Placement:
-        own = _lanes(large, self._lane[frame]) if large else self._pool.take(self._pool_lane(frame))
-        parent = np.where(frame < 0, -1, self._parent[frame]) if len(self._parent) else frame
+    def _placements(self, chunk: Chunk) -> Placement:
+        parent, lane = self._leaf_frame[chunk.leaves], self._leaf_lane[chunk.leaves]
+        own = self._of_lanes(lane, chunk.chain)
         if (parent < 0).all():
             return own
         if (parent == parent[0]).all():
@@ -82,18 +107,24 @@ class Frames:
         placed = np.flatnonzero(parent >= 0)
         free = np.flatnonzero(parent < 0)
         product = self._outer.take(self._outer_lane(parent[placed])) @ own.take(placed)
-        return scatter_placements([(product, placed), (own.take(free), free)], len(frame))
+        return scatter_placements([(product, placed), (own.take(free), free)], len(parent))
+
+    def _of_lanes(self, lanes: Integers, large: Large | None) -> Placement:
+        """What some lanes place, of a large chain or of the pool."""
+        if large is None:
+            return self._pool.take(self._pool_lane(lanes))
+        return _lanes(large.factor, lanes - large.first)
 
     def _outer_lane(self, frame: Integers) -> Integers:
         """Where `_outer` holds the placement of a frame that has frames in it."""
         return np.searchsorted(self._inner, frame)
 
-    def _pool_lane(self, frame: Integers) -> Integers:
-        """Where the pool holds a frame's own placement; lane 0 is the identity, for frame -1."""
-        if not len(self._chain):
-            return np.zeros(len(frame), dtype=np.int64)
-        own = self._first[self._chain[frame]] + self._lane[frame]
-        return np.where(frame < 0, 0, own)
+    def _pool_lane(self, lanes: Integers) -> Integers:
+        """Where the pool holds what some lanes place: first the identity, for lane -1."""
+        if not len(self._chains):
+            return np.zeros(len(lanes), dtype=np.int64)
+        chain = np.searchsorted(self._first, lanes, side="right") - 1
+        return np.where(lanes < 0, 0, self._place[chain] + lanes - self._first[chain])
 
     def _pooled(self) -> tuple[Placement, Integers]:
         """All lanes of all chains but the large ones, and the first of each chain."""
@@ -116,14 +147,11 @@ class Frames:
         if not len(frames):
             return STILL
         parts: list[tuple[Placement, Integers]] = []
-        large = np.where(self._large[self._chain[frames]], self._chain[frames], -1)
-        for chain in np.unique(large):
+        lanes = self._lane[frames]
+        large = self._large_chain(lanes)
+        for chain in np.unique(large).tolist():
             where = np.flatnonzero(large == chain)
-            if chain >= 0:
-                factor = prepared(self._chains[chain].steps)
-                parts.append((_lanes(factor, self._lane[frames[where]]), where))
-            else:
-                parts.append((self._pool.take(self._pool_lane(frames[where])), where))
+            parts.append((self._of_lanes(lanes[where], self._prepared(chain)), where))
         known = scatter_placements(parts, len(frames))
         parents = self._parent[frames]
         above = np.where(parents < 0, -1, self._outer_lane(parents))
@@ -140,7 +168,7 @@ class Frames:
 
 def _grouped(numbers: Integers) -> Iterator[tuple[int, range | Integers]]:
     """Where each of the `numbers` stands; ranges if all stand in few runs, as batches do."""
-    starts = np.flatnonzero(np.diff(numbers, prepend=-2))
+    starts = np.append(0, np.flatnonzero(numbers[1:] != numbers[:-1]) + 1)[: len(numbers)]
     if len(starts) * _CHUNK <= len(numbers):
         for start, end in zip(starts, np.append(starts[1:], len(numbers)), strict=False):
             yield int(numbers[start]), range(int(start), int(end))
@@ -192,9 +220,18 @@ def _each(fill: Callable[[Chunk], None], chunks: Sequence[Chunk]) -> None:
         return
     from concurrent.futures import ThreadPoolExecutor
 
+    pending = iter(chunks)
+
+    def work() -> None:
+        for chunk in pending:
+            fill(chunk)
+
+    # This thread takes part: its heap has holes enough, another thread's is its own.
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for _ in pool.map(fill, chunks):
-            pass
+        others = [pool.submit(work) for _ in range((os.cpu_count() or 1) - 1)]
+        work()
+        for other in others:
+            other.result()
 
 
 def _significant(lo: Part, hi: Part) -> Part:

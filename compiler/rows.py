@@ -94,8 +94,10 @@ def needs_default_material(
     ranges: NDArray[np.integer], target: NDArray[np.integer], material: NDArray[np.integer]
 ) -> bool:
     """Whether some leaf has no material on its whole way up to the root; columns of an IR."""
-    bare = np.zeros(len(ranges), dtype=bool)
     inherits = material == NO_MATERIAL
+    if len(ranges) == 1:
+        return bool(inherits.any())
+    bare = np.zeros(len(ranges), dtype=bool)
     group = np.repeat(np.arange(len(ranges)), np.diff(ranges, axis=1).ravel())
     below = np.where(target < 0, ~target, 0)
     while True:
@@ -117,13 +119,15 @@ def first_uses(numbers: Integers, count: int) -> Integers:
 
 
 def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.int32]:
-    """Each number replaced by its place in `used`; negative ones stay."""
+    """Each number replaced by its place in `used`, in the same memory; negative ones stay."""
     used = np.asarray(used, dtype=np.int64)
     place = np.zeros(int(used.max(initial=0)) + 1, dtype=np.int32)
     place[used] = np.arange(len(used))
-    found = place[np.maximum(numbers, 0)]
-    np.copyto(found, numbers, where=numbers < 0, casting="same_kind")
-    return found
+    numbers = numbers.astype(np.int32, copy=False)
+    for start in range(0, len(numbers), _BLOCK):
+        some = numbers[start : start + _BLOCK]
+        np.copyto(some, place[np.maximum(some, 0)], where=some >= 0)
+    return numbers
 
 
 def _numbered(rows: Rows, affected: Integers) -> Rows:

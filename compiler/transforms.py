@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from compiler.affine import IDENTITY, STILL, Affine, Lanes, Placement, scatter_placements
 from compiler.angles import sin_cos
-from compiler.double_double import ONE, ZERO, DoubleDouble, Part
+from compiler.double_double import ONE, ZERO, DoubleDouble
 from compiler.vectors import cross, dot, leveled, leveling, unit
 from dsl.records import value
 from dsl.scene import Step, StepKind
@@ -163,24 +163,21 @@ def _elementary_lanes(steps: Sequence[Step]) -> Placement:
     return scatter_placements(parts, len(steps)) if parts else STILL
 
 
-def _columns(values: NDArray[np.floating[Any]]) -> list[Part]:
+def _columns(values: NDArray[np.floating[Any]]) -> list[DoubleDouble]:
     """The values of a step, each a scalar where it is the same for the whole batch."""
     if values.ndim == 1:
-        return [np.float64(v) for v in values]
-    columns: list[Part] = []
+        return [DoubleDouble(np.float64(v)) for v in values]
+    number = DoubleDouble.short if values.dtype.itemsize < 8 else DoubleDouble
+    columns: list[DoubleDouble] = []
     for column in values.T:
         same = len(column) > 0 and bool((column == column[0]).all())
         whole = np.float64(column[0]) if same else np.ascontiguousarray(column, np.float64)
-        columns.append(whole)
+        columns.append(number(whole))
     return columns
 
 
-def _exact(values: Sequence[Part]) -> list[DoubleDouble]:
-    return [DoubleDouble(value) for value in values]
-
-
-def _translate(values: list[Part]) -> Placement:
-    return _translation(_exact(values))
+def _translate(values: list[DoubleDouble]) -> Placement:
+    return _translation(values)
 
 
 def _translation(t: Sequence[DoubleDouble]) -> Placement:
@@ -192,15 +189,15 @@ def _diagonal(x: DoubleDouble, y: DoubleDouble, z: DoubleDouble) -> Affine:
     return Affine.of(((x, ZERO, ZERO), (ZERO, y, ZERO), (ZERO, ZERO, z)), _NO_TRANSLATION)
 
 
-def _scale(values: list[Part]) -> Placement:
-    x, y, z = _exact(values)
+def _scale(values: list[DoubleDouble]) -> Placement:
+    x, y, z = values
     return Placement(_diagonal(x, y, z), _diagonal(ONE / x, ONE / y, ONE / z))
 
 
-def _rotate(values: list[Part]) -> Placement:
+def _rotate(values: list[DoubleDouble]) -> Placement:
     """Rodrigues: R = c I + s [a]× + (1 - c) a aᵀ."""
-    a = unit(_exact(values[:3]))
-    sine, cosine = sin_cos(values[3])
+    a = unit(values[:3])
+    sine, cosine = sin_cos(values[3].hi)
     versine = ONE - cosine
 
     def diagonal(i: int) -> DoubleDouble:
@@ -218,13 +215,13 @@ def _rotate(values: list[Part]) -> Placement:
     return _rigid([[diagonal(0), xy, xz], [yx, diagonal(1), yz], [zx, zy, diagonal(2)]])
 
 
-def _orient(values: list[Part]) -> Placement:
+def _orient(values: list[DoubleDouble]) -> Placement:
     """M = 1 + 2w K + 2K², K = [v]×, which is a rotation if q = (v, w) has length 1.
 
     On the axis M is 1; in the plane across, where K² = -v², it is the complex number
     1 - 2v² + 2w|v|i of square m = 1 + 4v²(q² - 1). Hence M⁻¹ = 1 - (2w/m) K + ((4q² - 2)/m) K².
     """
-    x, y, z, w = _exact(values)
+    x, y, z, w = values
     xx, yy, zz = _short(x * x), _short(y * y), _short(z * z)
     products = _short(y * z), _short(z * x), _short(x * y)
     squares = yy + zz, zz + xx, xx + yy
@@ -258,9 +255,9 @@ def _rigid(linear: Matrix3) -> Placement:
     return Placement(Affine.of(linear, _NO_TRANSLATION), Affine.of(transposed, _NO_TRANSLATION))
 
 
-def _reflect(values: list[Part]) -> Placement:
+def _reflect(values: list[DoubleDouble]) -> Placement:
     """Householder: I - 2 n nᵀ / n·n."""
-    n = leveled(_exact(values))
+    n = leveled(values)
     square = dot(n, n)
     identity = IDENTITY.linear
     linear = [[identity[i][j] - _TWO * (n[i] * n[j]) / square for j in range(3)] for i in range(3)]
@@ -268,17 +265,16 @@ def _reflect(values: list[Part]) -> Placement:
     return Placement(mirror, mirror)
 
 
-def _shear(values: list[Part]) -> Placement:
-    xy, xz, yx, yz, zx, zy = _exact(values)
+def _shear(values: list[DoubleDouble]) -> Placement:
+    xy, xz, yx, yz, zx, zy = values
     linear = [[ONE, xy, xz], [yx, ONE, yz], [zx, zy, ONE]]
     return Placement(
         Affine.of(linear, _NO_TRANSLATION), Affine.of(_inverse(linear), _NO_TRANSLATION)
     )
 
 
-def _matrix(values: list[Part]) -> Placement:
-    entries = _exact(values)
-    return with_inverse([entries[0:3], entries[4:7], entries[8:11]], entries[3::4])
+def _matrix(values: list[DoubleDouble]) -> Placement:
+    return with_inverse([values[0:3], values[4:7], values[8:11]], values[3::4])
 
 
 def with_inverse(linear: Matrix3, translation: Sequence[DoubleDouble]) -> Placement:
@@ -299,8 +295,8 @@ def with_inverse(linear: Matrix3, translation: Sequence[DoubleDouble]) -> Placem
     return Placement(Affine.of(linear, translation), Affine.of(inverse, back))
 
 
-def _look_at(values: list[Part]) -> Placement:
-    eye, target, up = _exact(values[0:3]), _exact(values[3:6]), _exact(values[6:9])
+def _look_at(values: list[DoubleDouble]) -> Placement:
+    eye, target, up = values[0:3], values[3:6], values[6:9]
     back = unit([e - t for e, t in zip(eye, target, strict=True)])
     right = unit(cross(unit(up), back))
     above = cross(back, right)
@@ -308,7 +304,7 @@ def _look_at(values: list[Part]) -> Placement:
     return _translation(eye) @ rotation
 
 
-_MAKERS: dict[StepKind, Callable[[list[Part]], Placement]] = {
+_MAKERS: dict[StepKind, Callable[[list[DoubleDouble]], Placement]] = {
     StepKind.TRANSLATE: _translate,
     StepKind.SCALE: _scale,
     StepKind.ROTATE: _rotate,

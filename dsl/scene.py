@@ -270,7 +270,7 @@ class Group:
 class Instances:
     """A child placed by one transform, or n times by a batch of n.
 
-    `indices` `(n,)` int64 numbers a batch's edges in the object path (default 0 … n - 1).
+    `indices` `(n,)` number a batch's edges in the object path (default 0 … n - 1).
     """
 
     child: Node

@@ -69,10 +69,15 @@ class Clock:
 
     def integers(self, attribute: Any) -> IntArray | None:
         """`(n,)` int64, or None for whatever is not an array of integers."""
+        array = self.integers_as_authored(attribute)
+        return None if array is None else array.astype(np.int64)
+
+    def integers_as_authored(self, attribute: Any) -> NDArray[np.integer] | None:
+        """The same in the type that was authored, which is shared with usd-core: not copied."""
         array = self._array(attribute)
         if array is None or array.ndim != 1 or array.dtype.kind not in "iu":
             return None
-        return array.astype(np.int64)
+        return array
 
     def _array(self, attribute: Any) -> NDArray[Any] | None:
         return numbers(self.value(attribute))

@@ -8,6 +8,7 @@ presses flat come after it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,16 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import UsdGeom
 
+from compiler.column import Integers
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_transforms
 from compiler.usd.report import Report
 from compiler.usd.sheets import is_flat, pressed
 from compiler.usd.xform import UNIT_SLACK, unit_quaternions
-from dsl.scene import Bind, FloatArray, Instances, IntArray, Node, Origin, Step, StepKind, Transform
+from dsl.scene import Bind, FloatArray, Instances, Node, Origin, Step, StepKind, Transform
 
 if TYPE_CHECKING:
     from compiler.usd.prims import Inherited
     from compiler.usd.traverse import Frame, Traversal
+
+FEW = 8
+"""Prototypes that are looked for one by one, in less memory and time than sorting takes."""
+BLOCK = 1 << 14
+"""Instances looked at together: arrays for all would leave holes in the heap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,19 +39,19 @@ class Points:
     """The arrays of an instancer that can be used.
 
     `prototypes` `(n,)`, `positions` `(n, 3)`, `scales` `(n, 3)` or None, `orientations` `(n, 4)`
-    imaginary part first and near unit or None, these in the types that were authored; `usable`
+    imaginary part first and near unit or None, all in the types that were authored; `usable`
     `(n,)`: neither masked nor faulty; `exact` `(n, 12)` are the matrices of all instances in double
     precision, instead of the rest.
     """
 
-    prototypes: IntArray
+    prototypes: NDArray[np.integer]
     positions: NDArray[Any]
     scales: NDArray[Any] | None
     orientations: NDArray[Any] | None
     usable: NDArray[np.bool_]
     exact: FloatArray | None
 
-    def steps(self, chosen: IntArray) -> tuple[Step, ...]:
+    def steps(self, chosen: Integers) -> tuple[Step, ...]:
         """Scale, orientation and position of the chosen instances."""
         if self.exact is not None:
             return (Step(StepKind.MATRIX, self.exact[chosen]),)
@@ -53,31 +60,32 @@ class Points:
             (StepKind.ORIENT, self.orientations),
             (StepKind.TRANSLATE, self.positions),
         )
-        return tuple(Step(kind, each[chosen]) for kind, each in arrays if each is not None)
+        return tuple(Step(kind, _taken(each, chosen)) for kind, each in arrays if each is not None)
 
     @property
     def flat(self) -> NDArray[np.bool_]:
         """Which instances a scale presses flat `(n,)`."""
-        if self.scales is None or self.exact is not None:
-            return np.zeros(len(self.usable), bool)
         flat = np.zeros(len(self.usable), bool)
-        sizes = np.abs(self.scales)
-        low, high = (f(f(sizes[:, 0], sizes[:, 1]), sizes[:, 2]) for f in (np.minimum, np.maximum))
-        suspect = np.flatnonzero(low <= np.finfo(np.float32).eps * high)
-        stretch = np.sort(_doubles(sizes[suspect]), axis=1)
-        flat[suspect] = is_flat(stretch) & ~is_flat(stretch[:, [1, 1, 2]])
+        if self.scales is None or self.exact is not None:
+            return flat
+        for some in _blocks(len(flat)):
+            x, y, z = np.abs(self.scales[some]).T
+            low, high = (f(f(x, y), z) for f in (np.minimum, np.maximum))
+            suspect = np.flatnonzero(low <= np.finfo(np.float32).eps * high)
+            stretch = np.sort(np.abs(_doubles(self.scales[some][suspect])), axis=1)
+            flat[some][suspect] = is_flat(stretch) & ~is_flat(stretch[:, [1, 1, 2]])
         return flat
 
-    def of_prototypes(self, count: int) -> list[IntArray]:
+    def of_prototypes(self, count: int) -> list[Integers]:
         """The usable instances of each of `count` prototypes, in order."""
-        if count == 1:
-            return [np.flatnonzero(self.usable)]
+        if count <= FEW:
+            return [_where(self.usable & (self.prototypes == k)) for k in range(count)]
         numbers = np.where(self.usable, self.prototypes, count)
-        order = np.argsort(numbers, kind="stable")
+        order = np.argsort(numbers, kind="stable").astype(np.int32)
         ends = np.cumsum(np.bincount(numbers, minlength=count + 1))
         return np.split(order, ends[:-1])[:count]
 
-    def batch(self, child: Node, chosen: IntArray, origin: Origin) -> Instances:
+    def batch(self, child: Node, chosen: Integers, origin: Origin) -> Instances:
         """The chosen instances of a child."""
         indices = None if len(chosen) == len(self.usable) else chosen
         return Instances(child, Transform(self.steps(chosen)), indices, origin)
@@ -111,17 +119,19 @@ def point_batches(
         if material is not None:
             child = Bind(child, material)
         flat = flat_rows[chosen]
+        if not flat.any():
+            batches.append(points.batch(child, chosen, origin))
+            continue
         if not flat.all():
             batches.append(points.batch(child, chosen[~flat], origin))
-        if flat.any():
-            sheets = points.batch(child, chosen[flat], origin)
-            batches.append(pressed(sheets) or sheets)
+        sheets = points.batch(child, chosen[flat], origin)
+        batches.append(pressed(sheets) or sheets)
     return batches
 
 
 def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
     path = instancer.GetPath()
-    prototypes = clock.integers(instancer.GetProtoIndicesAttr())
+    prototypes = clock.integers_as_authored(instancer.GetProtoIndicesAttr())
     positions = clock.as_authored(instancer.GetPositionsAttr(), 3)
     if prototypes is None or positions is None:
         report.add("usd-instancer", "an instancer without indices or positions is empty", path)
@@ -143,8 +153,7 @@ def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:
             report.add("usd-instancer", message, path)
         usable[len(array) :] = False
         arrays[name] = _padded(array, count)
-        finite = np.asarray(np.isfinite(arrays[name]).all(axis=1))
-        _leave_out(usable, ~finite, f"`{name}` are not finite", report, path)
+        _leave_out(usable, _unsound(arrays[name]), f"`{name}` are not finite", report, path)
     targets = len(instancer.GetPrototypesRel().GetForwardedTargets())
     outside = (prototypes < 0) | (prototypes >= targets)
     _leave_out(usable, outside, "prototype index is out of range", report, path)
@@ -195,15 +204,47 @@ def _masked(instancer: Any, clock: Clock, count: int, report: Report) -> NDArray
     return np.isin(np.arange(count) if ids is None else ids, hidden)
 
 
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(start, start + BLOCK) for start in range(0, count, BLOCK))
+
+
+def _unsound(array: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which rows are not finite."""
+    unsound = np.empty(len(array), bool)
+    for some in _blocks(len(array)):
+        unsound[some] = ~np.isfinite(array[some]).all(axis=1)
+    return unsound
+
+
+def _where(mask: NDArray[np.bool_]) -> Integers:
+    found = np.empty(np.count_nonzero(mask), np.int32)
+    end = 0
+    for some in _blocks(len(mask)):
+        rows = np.flatnonzero(mask[some])
+        found[end : end + len(rows)] = rows + some.start
+        end += len(rows)
+    return found
+
+
+def _taken(array: NDArray[Any], rows: Integers) -> NDArray[Any]:
+    taken = np.empty((len(rows), *array.shape[1:]), array.dtype)
+    for some in _blocks(len(rows)):
+        taken[some] = array[rows[some]]
+    return taken
+
+
 def _doubles(array: NDArray[Any]) -> FloatArray:
     return array.astype(np.float64)
 
 
 def _near_unit(quaternions: NDArray[Any]) -> NDArray[Any]:
     """The same where all are near unit, else doubles of which those that are not are made so."""
-    squared = np.einsum("ij,ij->i", quaternions, quaternions, dtype=np.float64)
-    least, most = squared.min(initial=1.0), squared.max(initial=1.0)
-    if least >= 1.0 - UNIT_SLACK and most <= 1.0 + UNIT_SLACK:
+    for some in _blocks(len(quaternions)):
+        part = quaternions[some]
+        squared = np.einsum("ij,ij->i", part, part, dtype=np.float64)
+        if not (np.abs(squared - 1.0) <= UNIT_SLACK).all():
+            break
+    else:
         return quaternions
     with np.errstate(over="ignore", invalid="ignore"):  # those that are not finite are left out
         return unit_quaternions(_doubles(quaternions))

@@ -179,6 +179,18 @@ def test_batches_give_the_bits_of_each_lane_alone(
         _assert_same(batch.take(slice(lane, lane + 1)), compose(alone))
 
 
+@given(st.lists(steps(), min_size=1, max_size=6), st.sampled_from(["f2", "f4"]))
+@settings(max_examples=50)
+def test_floats_give_the_bits_of_the_doubles_that_they_are(chain: list[Step], kind: str) -> None:
+    short = [Step(s.kind, np.stack([s.values, -s.values]).astype(kind), s.inverse) for s in chain]
+    wide = [Step(s.kind, s.values.astype(np.float64), s.inverse) for s in short]
+    for lane in range(2):
+        some = slice(lane, lane + 1)
+        placed = compose(wide).take(some)
+        if np.isfinite(placed.forward.is_finite() & placed.inverse.is_finite()).all():
+            _assert_same(compose(short).take(some), placed)
+
+
 def _assert_same(a: Placement, b: Placement) -> None:
     for x, y in ((a.forward, b.forward), (a.inverse, b.inverse)):
         for row, other in zip(x.rows, y.rows, strict=True):

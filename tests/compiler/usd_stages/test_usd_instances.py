@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compiler.compilation import compile_path
+
 NESTED = """
 class Xform "_wheel" {
     def Sphere "tyre" {
@@ -196,6 +198,52 @@ def test_points_stand_where_usd_core_has_them(
     assert imported.paths() == [path for path, _ in expected]
     for leaf, (_, world) in zip(imported.leaves, expected, strict=True):
         np.testing.assert_allclose(leaf.world, world, atol=1e-6)
+
+
+@pytest.mark.parametrize("prototypes", [1, 3, 12])
+def test_many_points_stand_where_usd_core_has_them(tmp_path: Path, prototypes: int) -> None:
+    from pxr import Usd, UsdGeom, Vt
+
+    count = 40_000
+    random = np.random.default_rng(prototypes)
+    path = tmp_path / "stage.usdc"
+    stage = Usd.Stage.CreateNew(str(path))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/p")
+    for k in range(prototypes):
+        UsdGeom.Sphere.Define(stage, f"/p/s{k}").CreateRadiusAttr(k + 1.0)
+    instancer.GetPrototypesRel().SetTargets([f"/p/s{k}" for k in range(prototypes)])
+    numbers = random.integers(0, prototypes, count)
+    places = random.uniform(0.0, 100.0, (count, 3)).astype(np.float32)
+    places[35_000, 1] = np.nan
+    turns = random.normal(size=(count, 4))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    scales = random.uniform(0.5, 1.5, (count, 3)).astype(np.float32)
+    scales[38_000, 2] = 0.0
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(places))
+    instancer.CreateOrientationsAttr(Vt.QuathArray.FromNumpy(turns.astype(np.float16)))
+    instancer.CreateScalesAttr(Vt.Vec3fArray.FromNumpy(scales))
+    instancer.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(numbers.astype(np.int32)))
+    matrices = np.array(
+        instancer.ComputeInstanceTransformsAtTime(0, 0, applyMask=UsdGeom.PointInstancer.IgnoreMask)
+    )
+    wrong = numbers.astype(np.int32)
+    wrong[30_000] = prototypes
+    instancer.GetProtoIndicesAttr().Set(Vt.IntArray.FromNumpy(wrong))
+    stage.Save()
+    ir = compile_path(path).ir
+    sources = ir.instance_source
+    while (ir.source_index[sources] < 0).any():
+        up = ir.source_index[sources] < 0
+        sources = np.where(up, ir.source_parent[sources], sources)
+    rows = ir.source_index[sources]
+    sound = np.delete(np.arange(count), [30_000, 35_000])
+    np.testing.assert_array_equal(np.sort(rows), sound)
+    solid = rows != 38_000
+    rows, targets, worlds = rows[solid], ir.instance_target[solid], ir.world_from_object[solid]
+    radii = ir.shape_parameters[ir.prototype_data[targets]]
+    np.testing.assert_array_equal(radii, numbers[rows] + 1.0)
+    expected = np.moveaxis(matrices[rows], 1, 2)[:, :3]
+    np.testing.assert_allclose(worlds, expected, rtol=0, atol=2e-5)
 
 
 def test_inactive_ids_are_left_out(load: Callable[..., Any]) -> None:
