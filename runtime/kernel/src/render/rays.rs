@@ -2,9 +2,8 @@
 use crate::lanes::MAX_WIDTH;
 use crate::ray::{Ray, Rays};
 
-/// Rays, an array for each number; one of a single number holds for all rays.
-///
-/// Arrays of more are longer than there are rays, by what lanes may write beyond the last.
+/// Rays, an array for each number; the arrays are longer than there are rays, by what lanes may
+/// write beyond the last.
 #[derive(Default)]
 pub struct RayLists {
     len: usize,
@@ -38,7 +37,7 @@ impl RayLists {
         self.len == 0
     }
 
-    /// Makes them `len`, each with an origin, direction and bounds of its own, which are not said.
+    /// Makes them `len`; what they are is not said.
     pub fn resize(&mut self, len: usize) {
         self.len = len;
         make_room(&mut self.origin, len);
@@ -73,7 +72,7 @@ impl RayLists {
         self.as_rays().get(i)
     }
 
-    /// Replaces ray number `i`, of rays of which each has all numbers.
+    /// Replaces ray number `i`.
     #[inline(always)]
     pub fn set(&mut self, i: usize, ray: &Ray) {
         for axis in 0..3 {

@@ -43,7 +43,7 @@ impl Shadows {
         self.start(vertices.len());
         for first in (0..vertices.len()).step_by(L::WIDTH) {
             let len = L::WIDTH.min(vertices.len() - first);
-            let origin: Vec3<L> = Vec3::load(&vertices.origin, first);
+            let origin = Vec3::load(&vertices.origin, first);
             let point = match points {
                 Some([u, v]) => [L::load(&u[first..]), L::load(&v[first..])],
                 None => [L::zero(); 2],
@@ -74,7 +74,6 @@ impl Shadows {
                 first,
                 lit,
                 reflected,
-                origin,
                 light.towards,
                 light.distance,
             );
@@ -84,19 +83,18 @@ impl Shadows {
 
     /// Adds the lit ones of W vertices from number `first` on.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
     fn push<L: Lanes<Scalar = f64>>(
         &mut self,
         vertices: &Vertices,
         first: usize,
         lit: u32,
         light: Vec3<L>,
-        origin: Vec3<L>,
         towards: Vec3<L>,
         distance: L,
     ) {
         // Written whole, and over each other where some are not lit.
         let base = self.slots.len();
+        let origin: Vec3<L> = Vec3::load(&vertices.origin, first);
         light.store(&mut self.light, base);
         origin.store(&mut self.rays.origin, base);
         towards.store(&mut self.rays.direction, base);
@@ -139,16 +137,7 @@ impl Shadows {
             if let Some((direction, weight)) = drawn {
                 let light = weight * radiance * vertices.weights[vertex];
                 let lit = u32::from(light != Vec3::ZERO);
-                let origin = Vec3::load(&vertices.origin, vertex);
-                self.push(
-                    vertices,
-                    vertex,
-                    lit,
-                    light,
-                    origin,
-                    direction,
-                    f64::INFINITY,
-                );
+                self.push(vertices, vertex, lit, light, direction, f64::INFINITY);
             }
         }
         self.rays.truncate(self.slots.len());

@@ -92,14 +92,15 @@ pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
     (distance, out.mul_add(radial, up * d[1]) / distance)
 }
 
-/// The point at distance b from the core and the normal, of a solid of revolution; and whether p is
-/// in its core, where they mean nothing.
+/// The point at distance b from the core and the normal, of a solid of revolution; where p is in its
+/// core, those of the `plain` solid.
 #[inline(always)]
 pub(super) fn surface_around_axis<L: Lanes<Scalar = f64>>(
     solid: &impl Revolved<f64>,
     bevel: f64,
     [x, y, z]: [L; 3],
-) -> (([L; 3], [L; 3]), L::Mask) {
+    plain: impl FnOnce() -> ([L; 3], [L; 3]),
+) -> ([L; 3], [L; 3]) {
     let zero = L::zero();
     let bevel = L::splat(bevel);
     let rho = x.mul_add(x, z * z).sqrt();
@@ -114,19 +115,23 @@ pub(super) fn surface_around_axis<L: Lanes<Scalar = f64>>(
     let around = bevel.mul_add(out_normal, rho - out);
     let point = [around * u, bevel.mul_add(up_normal, y - up), around * w];
     let normal = [out_normal * u, up_normal, out_normal * w];
-    ((point, normal), distance.le(zero))
+    with_others((point, normal), distance.le(zero), plain)
 }
 
-/// Points and normals: the first where the mask is set.
+/// Points and normals, or `others` where the mask is set.
 #[inline(always)]
-pub(super) fn select_surface<L: Lanes>(
+pub(super) fn with_others<L: Lanes>(
+    (point, normal): ([L; 3], [L; 3]),
     mask: L::Mask,
-    yes: ([L; 3], [L; 3]),
-    no: ([L; 3], [L; 3]),
+    others: impl FnOnce() -> ([L; 3], [L; 3]),
 ) -> ([L; 3], [L; 3]) {
+    if !mask.any() {
+        return (point, normal);
+    }
+    let (other_point, other_normal) = others();
     (
-        axes!(|i| L::select(mask, yes.0[i], no.0[i])),
-        axes!(|i| L::select(mask, yes.1[i], no.1[i])),
+        axes!(|i| L::select(mask, other_point[i], point[i])),
+        axes!(|i| L::select(mask, other_normal[i], normal[i])),
     )
 }
 

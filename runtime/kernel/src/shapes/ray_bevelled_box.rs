@@ -2,10 +2,10 @@
 //!
 //! From p the core's nearest point differs along those axes where p is beyond it: e_i = p_i −
 //! high_i or p_i − low_i, else 0. δ = |e|, δ' = e·d/|e|.
-use crate::lanes::{Lanes, Mask, axes};
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
-use super::dilation::{self, Dilated, select_surface};
+use super::dilation::{self, Dilated, with_others};
 use super::dop::dot;
 use super::ray_box::Cuboid;
 use super::ray_lanes::{Intersect, RayLanes, Span};
@@ -72,10 +72,8 @@ impl BevelledBox<f64> {
         let bevel = L::splat(self.bevel);
         let normal = axes!(|i| e[i] / distance);
         let point = axes!(|i| bevel.mul_add(normal[i], p[i] - e[i]));
-        let in_core = distance.eq(L::zero());
-        if !in_core.any() {
-            return (point, normal);
-        }
-        select_surface(in_core, self.plain.surface(p, L::zero()), (point, normal))
+        with_others((point, normal), distance.eq(L::zero()), || {
+            self.plain.surface(p, L::zero())
+        })
     }
 }

@@ -12,9 +12,7 @@
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
-use super::dilation::{
-    self, Dilated, Revolved, distance_around_axis, select_surface, surface_around_axis,
-};
+use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
 use super::dop::difference_of_products;
 use super::ray_cone::Cone;
 use super::ray_lanes::{Intersect, RayLanes, Span};
@@ -113,10 +111,6 @@ impl<F: Scalar> Intersect<F> for BevelledCone<F> {
 impl BevelledCone<f64> {
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        let (surface, in_core) = surface_around_axis(self, self.bevel, p);
-        if !in_core.any() {
-            return surface;
-        }
-        select_surface(in_core, self.plain.surface(p, L::zero()), surface)
+        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, L::zero()))
     }
 }

@@ -4,12 +4,10 @@
 //! From p the core's nearest point differs radially by e_ρ = max(ρ − R, 0), and along y where p is
 //! beyond l or h. δ = |e|, δ' = (e_ρ ρ' + e_y d_y)/|e|, ρ' = (x d_x + z d_z)/ρ. b = r leaves a
 //! segment for a core: a capsule.
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
-use super::dilation::{
-    self, Dilated, Revolved, distance_around_axis, select_surface, surface_around_axis,
-};
+use super::dilation::{self, Dilated, Revolved, distance_around_axis, surface_around_axis};
 use super::ray_cylinder::Cylinder;
 use super::ray_lanes::{Intersect, RayLanes, Span};
 
@@ -72,10 +70,6 @@ impl<F: Scalar> Intersect<F> for BevelledCylinder<F> {
 impl BevelledCylinder<f64> {
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        let (surface, in_core) = surface_around_axis(self, self.bevel, p);
-        if !in_core.any() {
-            return surface;
-        }
-        select_surface(in_core, self.plain.surface(p, L::zero()), surface)
+        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, L::zero()))
     }
 }

@@ -4,11 +4,11 @@
 //! Its cells are bordered by ρ = Ri, ρ = Ro, y = l, y = h: between the radii the caps, y = y0 and
 //! y1; between the levels the walls, ρ = r0 and r1; beyond both a tube about each of the core's
 //! four circles. The rims of the bore are rounded too: they are convex edges.
-use crate::lanes::{Lanes, Mask, axes};
+use crate::lanes::{Lanes, axes};
 use crate::scalar::Scalar;
 
 use super::cell_walk::{Borders, Cell, Cells, first_crossing};
-use super::dilation::{Revolved, select_surface, surface_around_axis};
+use super::dilation::{Revolved, surface_around_axis};
 use super::ray_lanes::{Intersect, RayLanes, Span};
 use super::ray_ring::Ring;
 
@@ -149,10 +149,6 @@ impl BevelledRing<f64> {
     /// The arc's or cap's point and normal nearest to p.
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        let (surface, in_core) = surface_around_axis(self, self.bevel, p);
-        if !in_core.any() {
-            return surface;
-        }
-        select_surface(in_core, self.plain.surface(p, L::zero()), surface)
+        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, L::zero()))
     }
 }

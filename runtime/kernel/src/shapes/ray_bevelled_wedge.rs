@@ -21,7 +21,7 @@ use crate::scalar::Scalar;
 
 use super::angle::sin_cos_degrees;
 use super::cell_walk::{Borders, Cell, Cells, first_crossing};
-use super::dilation::select_surface;
+use super::dilation::with_others;
 use super::dop::{difference_of_products, sum_of_products};
 use super::ray_bevelled_ring::BevelledRing;
 use super::ray_lanes::{Intersect, RayLanes};
@@ -230,9 +230,6 @@ impl BevelledWedge<f64> {
         let normal = axes!(|i| e[i] * unit);
         let b = L::splat(self.ring.bevel());
         let side = (axes!(|i| b.mul_add(normal[i], p[i] - e[i])), normal);
-        if !of_ring.any() {
-            return side;
-        }
-        select_surface(of_ring, self.ring.surface(p), side)
+        with_others(side, of_ring, || self.ring.surface(p))
     }
 }

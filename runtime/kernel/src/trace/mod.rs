@@ -203,7 +203,7 @@ impl Answers for FoundColumns<'_> {
 /// A whole number below 2⁵¹, by its bits: a cast would ask first whether it is one.
 #[inline(always)]
 fn integer(x: f64) -> i64 {
-    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    const SHIFT: f64 = (3u64 << 51) as f64;
     (x + SHIFT).to_bits() as i64 - SHIFT.to_bits() as i64
 }
 
