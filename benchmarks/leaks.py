@@ -4,8 +4,9 @@ Rays bounce about in a closed space, each new one from where `Hits.spawn` puts i
 direction on the side it came from. A ray *escapes* if it hits nothing. It is *crossed* if what it
 hits faces it the wrong way: from the space between solids every solid is met from outside, and
 the shell around it from inside, so such a ray has slipped through a surface, or has hit its own
-falsely. Rays that only graze it, within √(32 eps), are not judged: at which of two sides they are
-cannot be told.
+falsely. Rays that only graze it are not judged, since at which of two sides they are cannot be
+told: within an angle of √(32 eps/r), where r is the least radius that its surface curves with, they
+are at most 16 eps inside.
 """
 
 from __future__ import annotations
@@ -53,6 +54,8 @@ class Closed:
     root: Callable[[], Node]
     start: tuple[float, float, float]
     inner: int
+    radius: float = 1.0
+    """The least that a surface is curved with."""
 
 
 def _place(node: Node, *steps: tuple[StepKind, tuple[float, ...]]) -> Instances:
@@ -140,7 +143,7 @@ SCENES = (
     Closed("sphere mesh", lambda: icosphere(4), (0.3, 0.2, 0.1), 1),
     Closed("nested", _nested, (0, 0, 0), 1),
     Closed("coincident", _coincident, (0.5, 0, 0), 2),
-    Closed("igloo", _igloo, (0, 0.4, 0), 0),
+    Closed("igloo", _igloo, (0, 0.4, 0), 0, 0.02),
 )
 
 TILT = Step(StepKind.ROTATE, np.array([1.0, 2.0, -1.0, 37.0]))
@@ -184,7 +187,7 @@ def bounce(
     count = min(BUNCH, rays)
     origins = np.broadcast_to(begin, (count, 3)).copy()
     directions = _sphere(random, count)
-    grazing = math.sqrt(32 * EPSILON[precision])
+    grazing = math.sqrt(32 * EPSILON[precision] / closed.radius)
     escaped = crossed = done = 0
     while done < rays:
         hits = tracer.trace(origins, directions)

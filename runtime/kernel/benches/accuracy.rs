@@ -208,7 +208,8 @@ fn compare(
             wrong += usize::from(told.is_some() != truth.is_some());
             continue;
         };
-        let (_, n) = shape.surface([0, 1, 2].map(|i| truth * d[i] + o[i]), 0.0);
+        let p = [0, 1, 2].map(|i| truth * d[i] + o[i]);
+        let (_, n) = shape.surface(p, p, 0.0);
         let facing = (0..3).map(|i| n[i] * d[i]).sum::<f64>().abs();
         worst = worst.max((told - truth).abs() * facing * 2f64.powi(24));
     }

@@ -12,7 +12,7 @@
 use crate::lanes::{Lanes, Mask, axes};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{RayLanes, Span, along};
+use super::ray_lanes::{RayLanes, Span, along, distance_to_axis};
 
 /// Newton steps after which a lane is taken as it is; four to six do unless the ray grazes.
 const STEPS: usize = 64;
@@ -81,7 +81,7 @@ pub(super) fn distance_around_axis<F: Scalar, L: Lanes<Scalar = F>>(
     [x, y, z]: [L; 3],
     d: [L; 3],
 ) -> (L, L) {
-    let rho = x.mul_add(x, z * z).sqrt();
+    let rho = distance_to_axis([x, y, z]);
     let (out, up) = solid.offset(rho, y);
     let radial = L::select(
         out.gt(L::zero()),
@@ -103,7 +103,7 @@ pub(super) fn surface_around_axis<L: Lanes<Scalar = f64>>(
 ) -> ([L; 3], [L; 3]) {
     let zero = L::zero();
     let bevel = L::splat(bevel);
-    let rho = x.mul_add(x, z * z).sqrt();
+    let rho = distance_to_axis([x, y, z]);
     let (out, up) = solid.offset(rho, y);
     let distance = out.mul_add(out, up * up).sqrt();
     let off_axis = rho.gt(zero);

@@ -174,20 +174,27 @@ impl<F: Scalar> Shape<F> {
 
     /// The point of the surface nearest to `p` (which is on it but for rounding) that keeps `room`
     /// from the edges of its face, and the unit outward normal there; all in shape space.
+    ///
+    /// Next to an edge the point lies beyond it if the ray was there `before`.
     #[inline(always)]
-    pub fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
+    pub fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        p: [L; 3],
+        before: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
         match &self.exact {
             Solid::Sphere(shape) => shape.surface(p),
-            Solid::Cuboid(shape) => shape.surface(p, room),
-            Solid::Cylinder(shape) => shape.surface(p, room),
+            Solid::Cuboid(shape) => shape.surface(p, before, room),
+            Solid::Cylinder(shape) => shape.surface(p, before, room),
             Solid::Disc(shape) => shape.surface(p),
             Solid::Rectangle(shape) => shape.surface(p),
             Solid::Plane => ray_plane::surface(p),
             Solid::Triangle(shape) => shape.surface(p),
-            Solid::Cone(shape) => shape.surface(p, room),
+            Solid::Cone(shape) => shape.surface(p, before, room),
             Solid::Torus(shape) => shape.surface(p),
-            Solid::Ring(shape) => shape.surface(p, room),
-            Solid::Wedge(shape) => shape.surface(p, room),
+            Solid::Ring(shape) => shape.surface(p, before, room),
+            Solid::Wedge(shape) => shape.surface(p, before, room),
             Solid::BevelledBox(shape) => shape.surface(p),
             Solid::BevelledCylinder(shape) => shape.surface(p),
             Solid::BevelledCone(shape) => shape.surface(p),

@@ -73,7 +73,7 @@ impl BevelledBox<f64> {
         let normal = axes!(|i| e[i] / distance);
         let point = axes!(|i| bevel.mul_add(normal[i], p[i] - e[i]));
         with_others((point, normal), distance.eq(L::zero()), || {
-            self.plain.surface(p, L::zero())
+            self.plain.surface(p, p, L::zero())
         })
     }
 }

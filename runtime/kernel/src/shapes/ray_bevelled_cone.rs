@@ -111,6 +111,6 @@ impl<F: Scalar> Intersect<F> for BevelledCone<F> {
 impl BevelledCone<f64> {
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, L::zero()))
+        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, p, L::zero()))
     }
 }

@@ -149,6 +149,6 @@ impl BevelledRing<f64> {
     /// The arc's or cap's point and normal nearest to p.
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, L::zero()))
+        surface_around_axis(self, self.bevel, p, || self.plain.surface(p, p, L::zero()))
     }
 }

@@ -39,7 +39,12 @@ impl<F: Scalar> Intersect<F> for Cuboid<F> {
 
 impl Cuboid<f64> {
     #[inline(always)]
-    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        p: [L; 3],
+        before: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
         let (low, high) = (L::splats(self.low), L::splats(self.high));
         let below: [L::Mask; 3] = axes!(|i| (low[i] - p[i]).gt(p[i] - high[i]));
         let outside: [L; 3] = axes!(|i| (low[i] - p[i]).max(p[i] - high[i]));
@@ -49,7 +54,11 @@ impl Cuboid<f64> {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let point = axes!(|i| {
             let face = L::select(below[i], low[i], high[i]);
-            L::select(nearest[i], face, clamped(p[i], low[i], high[i], room))
+            L::select(
+                nearest[i],
+                face,
+                clamped(p[i], before[i], low[i], high[i], room),
+            )
         });
         let normal = axes!(|i| L::select(nearest[i], L::select(below[i], -one, one), zero));
         (point, normal)

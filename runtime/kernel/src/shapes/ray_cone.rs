@@ -20,12 +20,12 @@ use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
-use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped, distance_to_axis};
 
 /// x² + z² − k²Y².
 #[inline(always)]
 fn form<L: Lanes>(k: L, [x, down, z]: [L; 3]) -> L {
-    let (around, along) = (x.mul_add(x, z * z).sqrt(), k * down.abs());
+    let (around, along) = (distance_to_axis([x, down, z]), k * down.abs());
     (around - along) * (around + along)
 }
 
@@ -105,22 +105,25 @@ impl Cone<f64> {
     pub(super) fn surface<L: Lanes<Scalar = f64>>(
         &self,
         [x, y, z]: [L; 3],
+        before: [L; 3],
         room: L,
     ) -> ([L; 3], [L; 3]) {
         let (r, h) = (self.radius, self.height);
         let side = r.mul_add(r, h * h).sqrt();
         let [radius, height, sin, cos] = L::splats([r, h, r / side, h / side]);
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let rho = x.mul_add(x, z * z).sqrt();
+        let rho = distance_to_axis([x, y, z]);
         // Rays start up to 4 rooms off a face, towards the other where the rim is acute.
         let room = room * L::splat((side + 4.0 * r).min(16.0 * h) / h);
         let outside = (rho - radius) * cos + y * sin;
         let base = (-y).gt(outside);
         let unit = one / rho.max(L::splat(f64::MIN_POSITIVE));
         let (u, w) = (x * unit, z * unit);
-        let up = clamped(y - outside * sin, zero, height + height, room).min(height);
+        let up = clamped(y - outside * sin, before[1], zero, height + height, room).min(height);
         let side_around = radius * ((height - up) / height);
-        let around = L::select(base, clamped(rho, -radius, radius, room), side_around);
+        let beyond = (distance_to_axis(before) - radius) * cos + before[1] * sin;
+        let kept = clamped(rho, radius + beyond, -radius, radius, room);
+        let around = L::select(base, kept, side_around);
         let apex = rho.eq(zero);
         let slope = L::select(base | apex, zero, cos);
         let steepness = L::select(base, -one, L::select(apex, one, sin));

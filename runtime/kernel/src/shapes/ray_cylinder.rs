@@ -4,7 +4,7 @@
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped, distance_to_axis};
 
 /// A capped cylinder about the y axis.
 #[derive(Clone, Debug)]
@@ -49,20 +49,21 @@ impl Cylinder<f64> {
     pub(super) fn surface<L: Lanes<Scalar = f64>>(
         &self,
         [x, y, z]: [L; 3],
+        before: [L; 3],
         room: L,
     ) -> ([L; 3], [L; 3]) {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let rho = x.mul_add(x, z * z).sqrt();
+        let rho = distance_to_axis([x, y, z]);
         let (radius, [low, high]) = (L::splat(self.radius), L::splats(self.y));
         let below = (low - y).gt(y - high);
         let cap = (low - y).max(y - high).gt(rho - radius);
-        let kept = clamped(rho, -radius, radius, room);
+        let kept = clamped(rho, distance_to_axis(before), -radius, radius, room);
         let shrink = L::select(cap, kept, radius) / rho.max(L::splat(f64::MIN_POSITIVE));
         let unit = one / rho;
         let level = L::select(below, low, high);
         let point = [
             x * shrink,
-            L::select(cap, level, clamped(y, low, high, room)),
+            L::select(cap, level, clamped(y, before[1], low, high, room)),
             z * shrink,
         ];
         let normal = [

@@ -3,7 +3,7 @@ use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
 use super::dop::difference_of_products;
-use super::ray_lanes::{Intersect, RayLanes};
+use super::ray_lanes::{Intersect, RayLanes, distance_to_axis};
 use super::ray_plane;
 
 /// A disc about the origin.
@@ -34,7 +34,7 @@ impl<F: Scalar> Intersect<F> for Disc<F> {
 impl Disc<f64> {
     #[inline(always)]
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3]) -> ([L; 3], [L; 3]) {
-        let rho = p[0].mul_add(p[0], p[2] * p[2]).sqrt();
+        let rho = distance_to_axis(p);
         let shrink = (L::splat(self.radius) / rho).min(L::splat(1.0));
         (
             [p[0] * shrink, L::zero(), p[2] * shrink],

@@ -185,11 +185,21 @@ pub(super) fn along<L: Lanes>(o: [L; 3], d: [L; 3], t: L) -> [L; 3] {
     axes!(|i| t.mul_add(d[i], o[i]))
 }
 
-/// The number nearest to x that keeps `room` from both ends, or as much as there is.
+/// How far p is from the y axis.
 #[inline(always)]
-pub(super) fn clamped<L: Lanes<Scalar = f64>>(x: L, low: L, high: L, room: L) -> L {
-    let room = room.min(L::splat(0.5) * (high - low));
-    x.max(low + room).min(high - room)
+pub(super) fn distance_to_axis<L: Lanes>([x, _, z]: [L; 3]) -> L {
+    x.mul_add(x, z * z).sqrt()
+}
+
+/// The number nearest to x that keeps `room` from both ends, or as much as there is; if the ray was
+/// beyond the end `before`, on that side of it.
+#[inline(always)]
+pub(super) fn clamped<L: Lanes<Scalar = f64>>(x: L, before: L, low: L, high: L, room: L) -> L {
+    let within = room.min(L::splat(0.5) * (high - low));
+    let inside = x.max(low + within).min(high - within);
+    let under = before.lt(low) & x.lt(low + within);
+    let over = before.gt(high) & x.gt(high - within);
+    L::select(under, low - room, L::select(over, high + room, inside))
 }
 
 /// r² − p².

@@ -6,7 +6,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
 use super::ray_cylinder::Cylinder;
-use super::ray_lanes::{Intersect, RayLanes, Span, clamped};
+use super::ray_lanes::{Intersect, RayLanes, Span, clamped, distance_to_axis};
 
 /// A hollow cylinder about the y axis.
 #[derive(Clone, Debug)]
@@ -98,20 +98,25 @@ impl Ring<f64> {
     pub(super) fn nearest_face<L: Lanes<Scalar = f64>>(
         &self,
         p: [L; 3],
+        before: [L; 3],
         room: L,
     ) -> (L, [L; 3], [L; 3]) {
-        let rho = p[0].mul_add(p[0], p[2] * p[2]).sqrt();
+        let rho = distance_to_axis(p);
         let (bore, radius) = (L::splat(self.bore), L::splat(self.outer.radius()));
         let [low, high] = L::splats(self.outer.y());
         let unit = L::splat(1.0) / rho;
         let (u, w) = (p[0] * unit, p[2] * unit);
         let outside = (rho - radius).max(low - p[1]).max(p[1] - high);
         let inner = (bore - rho).gt(outside);
-        let (point, normal) = self.outer.surface(p, room);
+        let (point, normal) = self.outer.surface(p, before, room);
         let cap = !normal[1].eq(L::zero());
-        let around = L::select(inner, bore, clamped(rho, bore, radius, room));
+        let around = L::select(
+            inner,
+            bore,
+            clamped(rho, distance_to_axis(before), bore, radius, room),
+        );
         let turned = inner | cap;
-        let wall = clamped(p[1], low, high, room);
+        let wall = clamped(p[1], before[1], low, high, room);
         (
             L::select(inner, bore - rho, outside),
             [
@@ -136,8 +141,13 @@ impl Ring<f64> {
     }
 
     #[inline(always)]
-    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
-        let (_, point, normal) = self.nearest_face(p, room);
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        p: [L; 3],
+        before: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
+        let (_, point, normal) = self.nearest_face(p, before, room);
         (point, normal)
     }
 }

@@ -19,7 +19,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
 use super::dop::{difference_of_products, dot, sum_of_products};
-use super::ray_lanes::{Intersect, RayLanes, Span, along};
+use super::ray_lanes::{Intersect, RayLanes, Span, along, distance_to_axis};
 
 /// Newton steps after which a lane is taken as it is. Six do where a ray crosses; each halves the
 /// distance to a double root, where it grazes.
@@ -57,7 +57,7 @@ impl<L: Lanes> Tube<L> {
     #[inline(always)]
     fn value_and_slope(&self, t: L, piece: Piece) -> (L, L) {
         let ([x, y, z], d) = (along(self.o, self.d, t), self.d);
-        let around = x.mul_add(x, z * z).sqrt();
+        let around = distance_to_axis([x, y, z]);
         let across = around - self.major;
         let radial = x.mul_add(d[0], z * d[2]) / around;
         let radial = L::select(
@@ -276,7 +276,7 @@ impl Torus<f64> {
     pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, [x, y, z]: [L; 3]) -> ([L; 3], [L; 3]) {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let (major, minor) = (L::splat(self.major), L::splat(self.minor));
-        let rho = x.mul_add(x, z * z).sqrt();
+        let rho = distance_to_axis([x, y, z]);
         let off_axis = rho.gt(zero);
         let (u, w) = (
             L::select(off_axis, x / rho, zero),

@@ -4,7 +4,7 @@
 use crate::lanes::{Lanes, Mask, axes, halves};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{Intersect, RayLanes, clamped};
+use super::ray_lanes::{Intersect, RayLanes, clamped, distance_to_axis};
 use super::ray_ring::{Ring, first_end};
 use super::sector::{Sector, Sides};
 
@@ -37,9 +37,14 @@ impl<F: Scalar> Intersect<F> for Wedge<F> {
 
 impl Wedge<f64> {
     #[inline(always)]
-    pub(super) fn surface<L: Lanes<Scalar = f64>>(&self, p: [L; 3], room: L) -> ([L; 3], [L; 3]) {
+    pub(super) fn surface<L: Lanes<Scalar = f64>>(
+        &self,
+        p: [L; 3],
+        before: [L; 3],
+        room: L,
+    ) -> ([L; 3], [L; 3]) {
         let zero = L::zero();
-        let (outside, mut point, normal) = self.ring.nearest_face(p, room);
+        let (outside, mut point, normal) = self.ring.nearest_face(p, before, room);
         let [(along0, q0), (along1, q1)] = halves!(|side| self.sector.along_and_depth(side, p));
         // At 180° both sides lie in one plane: only the half that p is along can be near.
         let nearer = if self.sector.reflex {
@@ -56,7 +61,9 @@ impl Wedge<f64> {
             let (along, depth) = self.sector.along_and_depth(side, point);
             // Beyond 180° most of the face is far outside of one side's plane.
             let near = along.gt(zero) & depth.lt(room) & (-depth).le(outside.max(room));
-            let back = L::select(near, depth - room, zero);
+            let (_, depth_before) = self.sector.along_and_depth(side, before);
+            let kept = L::select(depth_before.lt(zero), -room, room);
+            let back = L::select(near, depth - kept, zero);
             point = axes!(|i| back.mul_add(normals[side][i], point[i]));
         }
         let ([r0, r1], [y0, y1]) = (L::splats(self.ring.radii()), L::splats(self.ring.y()));
@@ -64,10 +71,10 @@ impl Wedge<f64> {
             L::splats(self.sector.ends[0]),
             L::splats(self.sector.ends[1]),
         );
-        let along = clamped(along, r0, r1, room);
+        let along = clamped(along, distance_to_axis(before), r0, r1, room);
         let side_point = [
             along * L::select(first, sin0, sin1),
-            clamped(p[1], y0, y1, room),
+            clamped(p[1], before[1], y0, y1, room),
             along * L::select(first, cos0, cos1),
         ];
         let side_normal: [L; 3] = axes!(|i| L::select(first, normals[0][i], normals[1][i]));

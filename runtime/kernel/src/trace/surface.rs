@@ -20,6 +20,8 @@
 //! Within an edge two faces meet, and a start that is clear of one may have been rounded beyond the
 //! other: a ray would leave a closed box next to its edge, once in some million. So points keep
 //! [`EDGE_ROOM`] units and the rounding of world coordinates away from the edges of their face.
+//! They keep within the face as a rule, but beyond the edge if the ray came over that: it has met a
+//! solid at the seam where it touches another, and its next one must not start in that.
 //!
 //! # Lanes
 //!
@@ -44,6 +46,9 @@ const COORDINATE_ERROR: f64 = 2.0 * f64::EPSILON;
 
 /// How far points stay from edges, in ε_F of the object's size.
 const EDGE_ROOM: f64 = 8.0;
+
+/// How far before its hit a ray tells on which side of an edge it came, in rooms.
+const ROOMS_BEFORE: f64 = 64.0;
 
 /// Completes hits of which t, instance and primitive are known.
 pub(super) struct Surfaces<'a, F: Precision> {
@@ -219,9 +224,8 @@ impl<F: Scalar> Scene<F> {
             }
         };
         let tau = (t - rays.start) * rays.per_rate;
-        let local: [L; 3] = axes!(|i| tau.mul_add(rays.direction[i], rays.origin[i]));
         let rounding = L::splat(COORDINATE_ERROR) * reach * rays.per_rate;
-        let of_object = prototype.surface(local, triangles, lanes, rounding);
+        let of_object = prototype.surface(&rays, tau, triangles, lanes, rounding);
         let ObjectSurface {
             lanes,
             mut point,
@@ -284,12 +288,13 @@ struct ObjectSurface<L: Lanes> {
 }
 
 impl<F: Scalar> Prototype<F> {
-    /// The surface from points near to it in normalised space, where world coordinates are off by
+    /// The surface where rays of normalised space hit at `tau`, where world coordinates are off by
     /// `rounding`; without the lanes whose triangle there is not.
     #[inline(always)]
     fn surface<L: Lanes<Scalar = f64>>(
         &self,
-        local: [L; 3],
+        rays: &LevelRays<L>,
+        tau: L,
         triangles: &[u32],
         lanes: L::Mask,
         rounding: L,
@@ -299,9 +304,13 @@ impl<F: Scalar> Prototype<F> {
         let center = L::splats(center);
         let offset = L::splat(F::EPS.to_f64() * 32.0 / scale);
         let room = L::splat(EDGE_ROOM * F::EPS.to_f64()) + rounding;
+        let at = |t: L| -> [L; 3] { axes!(|i| t.mul_add(rays.direction[i], rays.origin[i])) };
+        let local = at(tau);
+        let from = -rays.start * rays.per_rate;
+        let before = at((tau - L::splat(ROOMS_BEFORE) * room).max(from));
         match &self.geometry {
             Geometry::Shape(shape) => {
-                let (point, normal) = shape.surface(local, room);
+                let (point, normal) = shape.surface(local, before, room);
                 let point = axes!(|i| point[i].mul_add(unit, center[i]));
                 let offset = if self.anchor.flat {
                     let [x, y, z] = each!(point, |x| x.abs());

@@ -74,7 +74,7 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], ends: &[([f64; 3], [
                 "{kind:?} {parameters:?} {ray:?}: hit at {t} is off by {off:e}, {tolerance:e} allowed"
             );
             let local = shape.frame().shape_from_object(ray.at(t));
-            let (point, normal) = shape.surface(local, 0.0);
+            let (point, normal) = shape.surface(local, local, 0.0);
             let moved = norm([0, 1, 2].map(|i| point[i] - local[i])) / shape.frame().scale;
             assert!(
                 moved <= 2.0 * tolerance,

@@ -87,7 +87,7 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], seams: &[[f64; 3]], 
     let mut rays = Vec::new();
     for &p in seams {
         let local = shape.frame().shape_from_object(p);
-        let (_, n) = shape.surface(local, 0.0);
+        let (_, n) = shape.surface(local, local, 0.0);
         for &direction in from {
             let facing = (0..3).map(|i| n[i] * direction[i]).sum::<f64>();
             let side = if facing < 0.0 { -1.0 } else { 1.0 };

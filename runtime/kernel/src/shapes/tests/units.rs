@@ -38,7 +38,8 @@ fn units(single: &Shape<f32>, double: &Shape<f64>, rays: &[Ray]) -> (Vec<f64>, u
             wrong += usize::from(a.is_some() != b.is_some());
             continue;
         };
-        let (_, n) = double.surface(ray.at(b), 0.0);
+        let p = ray.at(b);
+        let (_, n) = double.surface(p, p, 0.0);
         let sum = |v: [f64; 3]| (0..3).map(|i| (n[i] * v[i]).abs()).sum::<f64>();
         let facing = (0..3).map(|i| n[i] * ray.d[i]).sum::<f64>().abs();
         let c = (sum(ray.o) + b * sum(ray.d) + 1.0) / facing;
@@ -56,7 +57,7 @@ fn grazing(double: &Shape<f64>, rays: &[Ray]) -> Vec<Ray> {
         .zip(hits)
         .filter_map(|(ray, t)| {
             let p = ray.at(t?);
-            let (_, n) = double.surface(p, 0.0);
+            let (_, n) = double.surface(p, p, 0.0);
             let facing = (0..3).map(|i| n[i] * ray.d[i]).sum::<f64>();
             let d = [0, 1, 2].map(|i| ray.d[i] - facing * n[i]);
             let length = d[0].hypot(d[1]).hypot(d[2]);
