@@ -29,6 +29,9 @@ class Clock:
         """The attribute's value, None where there is neither an opinion nor a fallback."""
         if not attribute:
             return None
+        if self.time is None and not attribute.HasFallbackValue():
+            value = attribute.Get()
+            return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
         return attribute.Get(self.code(attribute))
 
     def code(self, attribute: Any) -> Any:

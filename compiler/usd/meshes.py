@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,7 @@ class Meshes:
     def parts(
         self,
         prim: Any,
+        names: Collection[str],
         binding: Binding | None,
         display: Display | None,
         base: Base,
@@ -51,6 +53,7 @@ class Meshes:
     ) -> list[tuple[Mesh, Material | None]]:
         """The meshes of a prim, one per material, each with its material.
 
+        `names` are those of its authored properties.
         A material is None where it comes from above the base or from nowhere. Faces of a
         GeomSubset take the subset's binding, all others the mesh's, or else the display colour.
         """
@@ -59,6 +62,7 @@ class Meshes:
         if path not in self._surfaces:
             self._surfaces[path] = read_mesh(
                 prim,
+                names,
                 self._clock,
                 self._report,
                 self._options,
@@ -95,7 +99,7 @@ class Meshes:
             labels[faces] = len(materials)
             materials.append(base.own(own))
         bound = binding.material if binding is not None else None
-        attributes = self._primvars.of_surface(prim, surface, [bound, *materials])
+        attributes = self._primvars.of_surface(prim, names, surface, [bound, *materials])
         named = tuple(attribute.name for attribute in attributes)
         if len(materials) == 1:
             used, key = [0], (path, b"", named)

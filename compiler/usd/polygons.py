@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ FLAT = 1e-9
 
 FARTHEST = 1e100
 """Coordinates that are larger count as not finite."""
+
+MODERATE = 1e50
+"""Coordinates up to this have fourth powers that are finite, and not zero from its reciprocal."""
 
 BLOCK = 1 << 15
 """Corners worked on at once."""
@@ -127,9 +131,12 @@ def _any(flags: NDArray[np.bool_], sizes: IntArray, ends: IntArray) -> NDArray[n
 
 def triangulate(points: FloatArray, counts: IntArray, corners: IntArray) -> Triangulation:
     """Triangulate usable faces; they keep their winding."""
+    if len(counts) and counts.max() == 3:
+        return Triangulation(np.arange(len(corners)).reshape(-1, 3), np.arange(len(counts)))
     starts = np.cumsum(counts) - counts
     largest = np.abs(points).max(initial=0.0)
-    unit = points / largest if 0.0 < largest < np.inf else points
+    moderate = 1.0 / MODERATE < largest < MODERATE or not 0.0 < largest < np.inf
+    unit = points if moderate else points / largest
     triangles: list[IntArray] = [np.empty((0, 3), np.int64)]
     rows: list[IntArray] = [np.empty(0, np.int64)]
     for block in _blocks(counts):
@@ -146,6 +153,9 @@ def _blocks(sizes: IntArray) -> Iterator[IntArray]:
     """The faces in blocks of one size each, small enough to stay in a cache."""
     if not len(sizes):
         return
+    if sizes.min() == sizes.max() and sizes[0] * len(sizes) <= BLOCK:
+        yield np.arange(len(sizes))
+        return
     faces = np.argsort(sizes, kind="stable")
     _, firsts = np.unique(sizes[faces], return_index=True)
     for first, end in zip(firsts, [*firsts[1:], len(faces)], strict=True):
@@ -157,7 +167,7 @@ def _blocks(sizes: IntArray) -> Iterator[IntArray]:
 def _same_size(
     points: FloatArray, corners: IntArray, places: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Triangles of faces, and the row of each; no coordinate is beyond 1.
+    """Triangles of faces, and the row of each; the largest coordinate is moderate.
 
     `places` `(f, k)` are where the faces' corners are in the list of them.
     """
@@ -166,14 +176,16 @@ def _same_size(
         return places, np.arange(count)
     turns = _turns(points, corners[places])
     concave = np.flatnonzero((turns < -FLAT).any(axis=1))
-    if size == 4:
-        fans = places.copy()
-        fans[concave] = np.take_along_axis(
-            places[concave],
-            (np.argmin(turns[concave], axis=1)[:, None] + np.arange(4)) % 4,
-            axis=1,
-        )
-        return _fans(fans), np.repeat(np.arange(count), 2)
+    if size == 4 or not len(concave):
+        fans = places
+        if len(concave):
+            fans = places.copy()
+            fans[concave] = np.take_along_axis(
+                places[concave],
+                (np.argmin(turns[concave], axis=1)[:, None] + np.arange(4)) % 4,
+                axis=1,
+            )
+        return _fans(fans), np.repeat(np.arange(count), size - 2)
     convex = np.setdiff1d(np.arange(count), concave, assume_unique=True)
     triangles = [_fans(places[convex])]
     rows = [np.repeat(convex, size - 2)]
@@ -185,11 +197,19 @@ def _same_size(
 
 
 def _fans(corners: IntArray) -> IntArray:
-    size = corners.shape[1]
-    fan = np.stack(
-        (np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size)), axis=1
-    )
-    return corners[:, fan].reshape(-1, 3)
+    return corners[:, _fan(corners.shape[1])].reshape(-1, 3)
+
+
+@cache
+def _fan(size: int) -> IntArray:
+    rows = (np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size))
+    return np.stack(rows, axis=1)
+
+
+@cache
+def _beside(size: int) -> tuple[IntArray, IntArray]:
+    """The corner after each of a face, and the one before."""
+    return np.roll(np.arange(size), -1), np.roll(np.arange(size), 1)
 
 
 def _turns(points: FloatArray, corners: IntArray) -> FloatArray:
@@ -197,21 +217,26 @@ def _turns(points: FloatArray, corners: IntArray) -> FloatArray:
 
     Coordinates are kept apart, for NumPy is quick along long rows only.
     """
+    after, before = _beside(corners.shape[1])
     local = points[corners.T] - points[corners[:, 0]]
-    x, y, z = (np.ascontiguousarray(local[:, :, axis]) for axis in range(3))
-    following = tuple(np.roll(row, -1, axis=0) for row in (x, y, z))
-    normal = tuple(row.sum(axis=0) for row in _cross((x, y, z), following))
-    edges = tuple(b - a for a, b in zip((x, y, z), following, strict=True))
-    before = tuple(np.roll(row, 1, axis=0) for row in edges)
-    turns = sum(n * c for n, c in zip(normal, _cross(before, edges), strict=True))
-    squared = sum(n * n for n in normal)
-    found = np.divide(turns, squared, out=np.zeros_like(x), where=squared > 0.0)
+    local = np.ascontiguousarray(local.transpose(2, 0, 1))
+    following = local[:, after]
+    normal = _cross(local, following).sum(axis=1)
+    edges = following - local
+    turns = (normal[:, None] * _cross(edges[:, before], edges)).sum(axis=0)
+    squared = (normal * normal).sum(axis=0)
+    found = np.divide(turns, squared, out=np.zeros_like(turns), where=squared > 0.0)
     return np.asarray(found.T)
 
 
-def _cross(a: tuple[FloatArray, ...], b: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
-    """The cross product of vectors whose coordinates are kept apart."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+_YZX, _ZXY = (np.array(axes) for axes in ((1, 2, 0), (2, 0, 1)))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The cross product of vectors `(3, …)` whose coordinates are kept apart."""
+    product: FloatArray = a[_YZX] * b[_ZXY]
+    product -= a[_ZXY] * b[_YZX]
+    return product
 
 
 def _ears(polygon: FloatArray) -> IntArray:

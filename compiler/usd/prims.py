@@ -25,6 +25,7 @@ class PrimType:
     boundable: bool
     imageable: bool
     gprim: bool
+    mesh: bool
     light: bool
     skeletal: bool
 
@@ -40,13 +41,15 @@ class PrimTypes:
         key = (prim.GetTypeName(), *prim.GetAppliedSchemas())
         found = self._types.get(key)
         if found is None:
+            kind = type_of(prim)
             found = self._types[key] = PrimType(
-                type_of(prim),
+                kind,
                 known=bool(prim.GetPrimTypeInfo().GetSchemaType()),
                 instancer=prim.IsA(UsdGeom.PointInstancer),
                 boundable=prim.IsA(UsdGeom.Boundable),
                 imageable=prim.IsA(UsdGeom.Imageable),
                 gprim=prim.IsA(UsdGeom.Gprim),
+                mesh=kind in ("Mesh", "TetMesh"),
                 light=prim.HasAPI(UsdLux.LightAPI),
                 skeletal=prim.IsA(UsdSkel.Root),
             )

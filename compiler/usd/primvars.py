@@ -6,7 +6,7 @@ within faces.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -32,16 +32,19 @@ class Primvars:
     def of_surface(
         self,
         prim: Any,
+        names: Collection[str],
         surface: MeshSurface,
         materials: Iterable[Material | None],
     ) -> tuple[MeshAttribute, ...]:
-        """The attributes of a mesh that is drawn in these materials."""
+        """The attributes of a mesh that is drawn in these materials.
+
+        `names` are those of the prim's authored properties.
+        """
         textures = [texture for m in materials if m is not None for texture in m.textures]
         named = {texture.attribute: None for texture in textures if texture.attribute}
-        primvars = UsdGeom.PrimvarsAPI(prim)
-        found = [self._normals(prim, surface)]
+        found = [self._normals(prim, names, surface)]
         for name in named:
-            primvar = primvars.FindPrimvarWithInheritance(name)
+            primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
             if primvar and primvar.HasValue():
                 values = self._clock.value(primvar.GetAttr())
                 indices = self._indices(primvar)
@@ -49,7 +52,9 @@ class Primvars:
                 found.append(self._attribute(prim, name, values, indices, token, surface))
         return tuple(attribute for attribute in found if attribute is not None)
 
-    def _normals(self, prim: Any, surface: MeshSurface) -> MeshAttribute | None:
+    def _normals(
+        self, prim: Any, names: Collection[str], surface: MeshSurface
+    ) -> MeshAttribute | None:
         """Those of a limit surface, or authored ones of a polygon mesh; primvars come first."""
         limit = surface.refinement
         if limit is not None and limit.normals is not None and limit.corner_normals is not None:
@@ -57,6 +62,8 @@ class Primvars:
             return MeshAttribute(
                 "normals", normals, limit.corner_normals[surface.places].astype(np.int32)
             )
+        if "primvars:normals" not in names and "normals" not in names:
+            return None
         if self._clock.token(prim.GetAttribute("subdivisionScheme")) != "none":
             return None
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")

@@ -7,6 +7,7 @@ weights as authored (UsdSkel, "Skinning").
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,18 +19,24 @@ from compiler.usd.xform import world_matrix
 from dsl.scene import FloatArray, Step, StepKind
 
 _JOINTS = "skel:jointIndices"
+_BLEND_SHAPES = "skel:blendShapeTargets"
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
-def is_skinned(prim: Any, below_root: bool) -> bool:
-    """Whether joints or blend shapes move a prim; below a SkelRoot it inherits joints."""
+def is_skinned(prim: Any, names: Collection[str], below_root: bool) -> bool:
+    """Whether joints or blend shapes move a prim; below a SkelRoot it inherits joints.
+
+    `names` are those of its authored properties.
+    """
+    if not below_root and f"primvars:{_JOINTS}" not in names and _BLEND_SHAPES not in names:
+        return False
     if below_root:
         joints = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(_JOINTS)
     else:
         joints = UsdGeom.PrimvarsAPI(prim).GetPrimvar(_JOINTS)
     return bool(
         (joints and joints.HasAuthoredValue())
-        or prim.GetRelationship("skel:blendShapeTargets").HasAuthoredTargets()
+        or prim.GetRelationship(_BLEND_SHAPES).HasAuthoredTargets()
     )
 
 

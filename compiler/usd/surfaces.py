@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from compiler.usd.options import StageOptions
 from compiler.usd.polygons import triangulate, usable_faces
 from compiler.usd.refinement import SCHEMES, Refinement, refined
 from compiler.usd.report import Report
-from compiler.usd.schema import type_of
+from compiler.usd.schema import EXACT_POINTS, type_of
 from compiler.usd.skinning import Skinning
 from dsl.scene import FloatArray, IntArray, Mesh, MeshAttribute
 
@@ -71,6 +71,7 @@ class MeshSurface:
 
 def read_mesh(
     prim: Any,
+    names: Collection[str],
     clock: Clock,
     report: Report,
     options: StageOptions,
@@ -79,6 +80,7 @@ def read_mesh(
 ) -> MeshSurface | None:
     """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
 
+    `names` are those of its authored properties: what is not among them is not asked for.
     Subdivision meshes are refined to their limit surface if asked for, `coarser` times less than
     their faces allow (see `compiler.usd.refinement`); `skinning` poses them, if any. Normals of
     triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left
@@ -104,7 +106,8 @@ def read_mesh(
     if points is None or counts is None or indices is None or not len(counts):
         report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
         return None
-    points = exact_points(prim, points, clock, report)
+    if EXACT_POINTS in names:
+        points = exact_points(prim, points, clock, report)
     if skinning is not None:
         points = skinning.posed(prim, points)
     polygons = usable_faces(points, counts, indices)
@@ -125,14 +128,18 @@ def read_mesh(
     found = triangulate(points, polygons.counts, polygons.corners)
     triangles, faces = polygons.corners[found.corners], polygons.faces[found.rows]
     places = found.corners if polygons.places is None else polygons.places[found.corners]
-    holes = clock.integers(prim.GetAttribute("holeIndices"))
+    holes = None
+    if "holeIndices" in names:
+        holes = clock.integers(prim.GetAttribute("holeIndices"))
     if holes is not None and len(holes):
         kept = ~np.isin(faces, holes)
         triangles, faces, places = triangles[kept], faces[kept], places[kept]
     if not len(triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
-    turned = clock.token(prim.GetAttribute("orientation")) == "leftHanded"
+    turned = (
+        "orientation" in names and clock.token(prim.GetAttribute("orientation")) == "leftHanded"
+    )
     if turned:
         triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
     posed = skinning is not None

@@ -216,7 +216,8 @@ class Traversal:
             elif not type.gprim:
                 return
         if inherited.visible and inherited.purpose in self._shown:
-            self._unused.check(prim, type.kind, visit.names, self._attributes(visit))
+            named = self._attributes(visit) if type.mesh else ()
+            self._unused.check(prim, type.kind, visit.names, named)
         if visit.mode:
             self._draw_stand_in(visit, frame)
             return
@@ -225,7 +226,7 @@ class Traversal:
                 visit.own += point_batches(self, prim, inherited, frame)
             return
         if self._is_drawn(visit):
-            if type.kind in ("Mesh", "TetMesh"):
+            if type.mesh:
                 self._draw_mesh(visit, frame)
             elif type.kind in self._gprims:
                 self._draw_gprim(visit, frame)
@@ -238,8 +239,8 @@ class Traversal:
             self._draw_instance(visit, frame)
 
     def _attributes(self, visit: Visit) -> Collection[str]:
-        """The attributes that the materials of a mesh read."""
-        if visit.type.kind not in ("Mesh", "TetMesh"):
+        """The attributes that the materials of a mesh read, if it has primvars."""
+        if not any(name.startswith("primvars:") for name in visit.names):
             return ()
         return self.appearance.attributes(visit.prim, self.binding(visit.prim, visit.inherited))
 
@@ -258,7 +259,7 @@ class Traversal:
 
     def _is_skinned(self, visit: Visit, frame: Frame) -> bool:
         """Whether joints move a prim; animations are those of the instance around it."""
-        skinned = is_skinned(visit.prim, visit.inherited.skeletal)
+        skinned = is_skinned(visit.prim, visit.names, visit.inherited.skeletal)
         if skinned and visit.prim.IsInstanceProxy():
             frame.shared = False
         return skinned
@@ -295,7 +296,7 @@ class Traversal:
         skinned = self._is_skinned(visit, frame)
         origin = self.origin(visit.path, frame)
         for mesh, material in self._meshes.parts(
-            prim, binding, display, frame.base, skinned=skinned
+            prim, visit.names, binding, display, frame.base, skinned=skinned
         ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
@@ -390,6 +391,8 @@ def _placed(items: list[Node], steps: tuple[Step, ...]) -> list[Node]:
     """Items under one transform; a single edge takes the steps into its own chain."""
     placed = Instances(Group(tuple(items)), Transform(steps))
     if len(items) == 1 and isinstance(items[0], Instances):
-        placed = replace(items[0], transform=Transform(items[0].transform.steps + steps))
+        only = items[0]
+        chain = Transform(only.transform.steps + steps)
+        placed = Instances(only.child, chain, only.indices, only.origin)
     flat = pressed(placed) if is_singular(steps) else None
     return [placed if flat is None else flat]

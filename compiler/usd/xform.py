@@ -62,7 +62,7 @@ def unit_quaternions(quaternions: FloatArray) -> FloatArray:
 def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ...], bool]:
     """Steps of a prim's own transform, and whether it resets those of its parents."""
     xformable = UsdGeom.Xformable(prim)
-    if not xformable or not xformable.GetXformOpOrderAttr().HasAuthoredValue():
+    if not xformable:
         return (), False
     steps: list[Step] = []
     for op in reversed(_ordered_ops(xformable, report)):
