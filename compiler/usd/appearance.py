@@ -221,7 +221,7 @@ class Appearance:
         interpolation = primvar.GetInterpolation()
         if interpolation == UsdGeom.Tokens.constant:
             return values[:1], None
-        if interpolation == UsdGeom.Tokens.uniform:
+        if interpolation == UsdGeom.Tokens.uniform and prim.IsA(UsdGeom.Mesh):
             colors, faces = np.unique(values, axis=0, return_inverse=True)
             if len(colors) <= FACE_COLORS:
                 return colors, faces.reshape(-1).astype(np.int64)

@@ -19,10 +19,11 @@ from pxr import UsdGeom
 from compiler.column import Integers
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_transforms
+from compiler.usd.point_colors import PointColors, by_label, point_colors
 from compiler.usd.report import Report
 from compiler.usd.sheets import is_flat, pressed
 from compiler.usd.xform import UNIT_SLACK, unit_quaternions
-from dsl.scene import Bind, FloatArray, Instances, Node, Origin, Step, StepKind, Transform
+from dsl.scene import Bind, FloatArray, Group, Instances, Node, Origin, Step, StepKind, Transform
 
 if TYPE_CHECKING:
     from compiler.usd.prims import Inherited
@@ -100,7 +101,11 @@ def point_batches(
     if points is None:
         return []
     origin = traversal.origin(prim.GetPath(), frame, point=True)
-    material = traversal.material(prim, inherited, frame)
+    colors = None
+    if inherited.colored and traversal.binding(prim, inherited) is None:
+        count = len(points.usable)
+        colors = point_colors(prim, count, traversal.clock, traversal.report)
+    material = traversal.material(prim, inherited, frame) if colors is None else None
     batches: list[Node] = []
     targets = instancer.GetPrototypesRel().GetForwardedTargets()
     flat_rows = points.flat
@@ -120,13 +125,37 @@ def point_batches(
             child = Bind(child, material)
         flat = flat_rows[chosen]
         if not flat.any():
-            batches.append(points.batch(child, chosen, origin))
+            batches.append(_colored(points, child, chosen, origin, colors))
             continue
         if not flat.all():
-            batches.append(points.batch(child, chosen[~flat], origin))
-        sheets = points.batch(child, chosen[flat], origin)
-        batches.append(pressed(sheets) or sheets)
+            batches.append(_colored(points, child, chosen[~flat], origin, colors))
+        for one, some in _kinds(child, chosen[flat], colors):
+            sheets = points.batch(one, some, origin)
+            batches.append(pressed(sheets) or sheets)
     return batches
+
+
+def _colored(
+    points: Points, child: Node, chosen: Integers, origin: Origin, colors: PointColors | None
+) -> Node:
+    """The chosen instances of a child, each in its colour, in their order."""
+    batches = [points.batch(one, some, origin) for one, some in _kinds(child, chosen, colors)]
+    if colors is None or len(batches) == 1:
+        return batches[0]
+    return Group(tuple(batches), order=by_label(colors.labels[chosen])[1])
+
+
+def _kinds(
+    child: Node, chosen: Integers, colors: PointColors | None
+) -> list[tuple[Node, Integers]]:
+    """A child in each of the colours of the chosen instances, and those of that colour."""
+    if colors is None:
+        return [(child, chosen)]
+    labels = colors.labels[chosen]
+    return [
+        (Bind(child, colors.materials[labels[some[0]]]), chosen[some])
+        for some in by_label(labels)[0]
+    ]
 
 
 def _read(instancer: Any, clock: Clock, report: Report) -> Points | None:

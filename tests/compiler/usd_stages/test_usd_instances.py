@@ -431,3 +431,106 @@ def test_deep_hierarchies_are_no_matter(load: Callable[..., Any], tmp_path: Path
     layer.Save()
     (leaf,) = load(tmp_path / "deep.usda").leaves
     assert leaf.path == str(path)
+
+
+COLORED = """
+def PointInstancer "p" {
+    rel prototypes = [</p/plain>, </p/own>, </far>]
+    int[] protoIndices = [0, 1, 2, 0, 1, 2, 0]
+    point3f[] positions = [(0, 0, 0), (2, 0, 0), (4, 0, 0), (6, 0, 0), (8, 0, 0), (10, 0, 0),
+        (12, 0, 0)]
+    COLORS
+    def Cube "plain" {
+    }
+    def Sphere "own" {
+        color3f[] primvars:displayColor = [(1, 1, 1)]
+    }
+}
+def Cone "far" {
+}
+"""
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying"])
+def test_each_instance_has_its_own_colour_unless_its_prims_have(
+    load: Callable[..., Any], interpolation: str
+) -> None:
+    imported = load(
+        COLORED.replace(
+            "COLORS",
+            f"""
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 0.5, 0)] (
+        interpolation = "{interpolation}"
+    )
+    int[] primvars:displayColor:indices = [0, 0, 1, 1, 1, 0, 0]
+    float[] primvars:displayOpacity = [0.5, 1, 1, 1, 1, 1, 0.25] (
+        interpolation = "vertex"
+    )
+""",
+        )
+    )
+    red, green, white = (1.0, 0.0, 0.0), (0.0, 0.5, 0.0), (1.0, 1.0, 1.0)
+    drawn = {
+        leaf.world[0, 3]: (leaf.material.diffuse, leaf.material.opacity)
+        for leaf in imported.leaves
+        if "@" in leaf.path
+    }
+    assert drawn == {
+        0.0: (red, 0.5),
+        2.0: (white, 1.0),
+        4.0: (green, 1.0),
+        6.0: (green, 1.0),
+        8.0: (white, 1.0),
+        10.0: (red, 1.0),
+        12.0: (red, 0.25),
+    }
+    assert sorted(leaf.path for leaf in imported.leaves if "plain" in leaf.path) == [
+        "/p/plain@/p[0]",
+        "/p/plain@/p[3]",
+        "/p/plain@/p[6]",
+    ]
+    assert not imported.diagnostics
+
+
+def test_a_constant_colour_of_an_instancer_is_that_of_all(load: Callable[..., Any]) -> None:
+    imported = load(COLORED.replace("COLORS", "color3f[] primvars:displayColor = [(0, 0, 1)]"))
+    drawn = {leaf.path: leaf.material.diffuse for leaf in imported.leaves}
+    assert drawn["/p/plain@/p[3]"] == (0.0, 0.0, 1.0)
+    assert drawn["/p/own@/p[1]"] == (1.0, 1.0, 1.0)
+
+
+def test_a_wrong_number_of_colours_is_told_and_drawn_as_their_mean(
+    load: Callable[..., Any],
+) -> None:
+    colors = """color3f[] primvars:displayColor = [(0, 0, 1), (0, 1, 0)] (
+        interpolation = "vertex"
+    )"""
+    imported = load(COLORED.replace("COLORS", colors))
+    assert imported.said("interpolation `vertex` is drawn as its mean")
+    assert imported.leaves[0].material.diffuse == (0.0, 0.5, 0.5)
+
+
+def test_very_many_colours_are_rounded(tmp_path: Path) -> None:
+    from pxr import Sdf, Usd, UsdGeom, Vt
+
+    count = 20_000
+    path = tmp_path / "stage.usdc"
+    stage = Usd.Stage.CreateNew(str(path))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/p")
+    UsdGeom.Sphere.Define(stage, "/p/s")
+    instancer.GetPrototypesRel().SetTargets(["/p/s"])
+    places = np.zeros((count, 3), np.float32)
+    places[:, 0] = np.arange(count)
+    colors = np.random.default_rng(1).uniform(0.0, 1.0, (count, 3)).astype(np.float32)
+    instancer.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(np.zeros(count, np.int32)))
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(places))
+    primvar = UsdGeom.PrimvarsAPI(instancer).CreatePrimvar(
+        "displayColor", Sdf.ValueTypeNames.Color3fArray, UsdGeom.Tokens.vertex
+    )
+    primvar.Set(Vt.Vec3fArray.FromNumpy(colors))
+    stage.Save()
+    scene = compile_path(path)
+    np.testing.assert_array_equal(scene.ir.world_from_object[:, 0, 3], np.arange(count))
+    drawn = scene.ir.materials["diffuse"][scene.ir.instance_material]
+    assert np.abs(np.sqrt(drawn) - np.sqrt(colors)).max() < 0.5 / 15 + 1e-6
+    assert any("20000 colours are drawn in rounded ones" in d.message for d in scene.warnings)
