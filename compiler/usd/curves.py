@@ -1,8 +1,9 @@
 """Curves as chains of tubes with balls at their joints, and Points as balls.
 
-HermiteCurves become the Bézier curves that they are, with widths linear between their points.
+HermiteCurves become the Bézier curves that they are, with widths linear between their points. Of
+NurbsCurves the spans are segments.
 
-A cubic segment becomes as many tubes as keep their chords within `FINE` radii of the curve, and
+A segment becomes as many tubes as keep their chords within `FINE` radii of the curve, and
 within `SHARE` of the prim's size. Where a prim would get more than `MANY` tubes, chords may miss by
 more, up to `TOLERANCE` radii; beyond `BUDGET` tubes they get what is left. Widths are diameters,
 and 1 where none are authored.
@@ -11,7 +12,7 @@ and 1 where none are authored.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,12 +121,32 @@ class Curves:
         return np.asarray((number + 1 == numbers[curve]) & (not self.form.closed))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Segments:
-    """Cubic segments: `control` `(s, 4, 4)` are Bézier points, each a position and a radius.
+class Segments(Protocol):
+    """Smooth parts of curves `(s,)`, curve by curve."""
 
-    They come curve by curve; `last` `(s,)` says where an open curve ends.
-    """
+    @property
+    def last(self) -> NDArray[np.bool_]:
+        """Where an open curve ends."""
+
+    @property
+    def bend(self) -> FloatArray:
+        """Bounds of second derivatives by a parameter in 0 … 1."""
+
+    @property
+    def widest(self) -> FloatArray:
+        """Bounds of radii."""
+
+    @property
+    def size(self) -> float:
+        """That of all of them."""
+
+    def at(self, rows: IntArray, t: FloatArray) -> FloatArray:
+        """Positions and radii `(n, 4)` at `t` `(n,)` within 0 and 1 of the segments `rows`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cubics:
+    """Cubic segments: `control` `(s, 4, 4)` are Bézier points, each a position and a radius."""
 
     control: FloatArray
     last: NDArray[np.bool_]
@@ -136,28 +157,42 @@ class Segments:
         weights = np.stack((s**3, 3.0 * s * s * t, 3.0 * s * t * t, t**3), axis=1)
         return np.asarray(np.einsum("ni,nik->nk", weights, self.control[rows]))
 
-    def pieces(self) -> IntArray:
-        """Into how many chords each segment is cut."""
-        places = self.control[:, :, :3].reshape(-1, 3)
-        size = float(np.ptp(places, axis=0).max())
-        count = self._pieces(FINE, SHARE * size)
-        excess = (count.sum() / MANY) ** 2
-        if excess <= 1.0:
-            return count
-        return self._pieces(min(FINE * excess, TOLERANCE), SHARE * size * excess)
-
-    def _pieces(self, radii: float, distance: float) -> IntArray:
-        """Into how many chords, to miss the curve by that many radii, and that far, at most.
-
-        The chord of one of k parts misses the curve by at most |P''| / 8k², and |P''| is at most 6
-        times the largest second difference of the Bézier points.
-        """
+    @property
+    def bend(self) -> FloatArray:
+        """|P''| is at most 6 times the largest second difference of the Bézier points."""
         second = self.control[:, 2:, :3] - 2.0 * self.control[:, 1:3, :3] + self.control[:, :2, :3]
-        bend = np.linalg.norm(second, axis=2).max(axis=1)
-        allowed = np.minimum(radii * self.control[:, :, 3].max(axis=1), distance)
-        squared = np.divide(0.75 * bend, allowed, out=np.ones_like(bend), where=allowed > 0.0)
-        count: IntArray = np.clip(np.ceil(np.sqrt(squared)), 1, PIECES).astype(np.int64)
+        return 6.0 * np.linalg.norm(second, axis=2).max(axis=1)  # type: ignore[no-any-return]
+
+    @property
+    def widest(self) -> FloatArray:
+        """The largest radius of a segment's Bézier points."""
+        return np.asarray(self.control[:, :, 3].max(axis=1))
+
+    @property
+    def size(self) -> float:
+        """The longest side of the Bézier points' bounds."""
+        return float(np.ptp(self.control[:, :, :3].reshape(-1, 3), axis=0).max())
+
+
+def _pieces(segments: Segments) -> IntArray:
+    """Into how many chords each segment is cut."""
+    count = _cut(segments, FINE, SHARE * segments.size)
+    excess = (count.sum() / MANY) ** 2
+    if excess <= 1.0:
         return count
+    return _cut(segments, min(FINE * excess, TOLERANCE), SHARE * segments.size * excess)
+
+
+def _cut(segments: Segments, radii: float, distance: float) -> IntArray:
+    """Into how many chords, to miss the curve by that many radii, and that far, at most.
+
+    The chord of one of k parts misses the curve by at most |P''| / 8k².
+    """
+    bend = segments.bend
+    allowed = np.minimum(radii * segments.widest, distance)
+    squared = np.divide(bend / 8.0, allowed, out=np.ones_like(bend), where=allowed > 0.0)
+    count: IntArray = np.clip(np.ceil(np.sqrt(squared)), 1, PIECES).astype(np.int64)
+    return count
 
 
 def read_points(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[Node]:
@@ -167,10 +202,10 @@ def read_points(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
     if points is None or not len(points):
         report.add("usd-curves", "a prim without points draws nothing", path)
         return []
-    widths, interpolation = _widths(prim, UsdGeom.Points(prim), clock)
+    widths, interpolation = widths_of(prim, UsdGeom.Points(prim), clock)
     if interpolation == "constant":
         widths = widths[:1]
-    widths = _fitting(widths, len(points), path, report)
+    widths = fitting(widths, len(points), path, report)
     usable = np.isfinite(points).all(axis=1) & np.isfinite(widths) & (widths > 0.0)
     left_out = np.count_nonzero(~usable)
     if left_out:
@@ -206,42 +241,17 @@ def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
     curves = Curves(form, counts, kept)
     places = curves.control(points)
     radii = _radii(prim, curves, len(points), clock, report)
-    segments = Segments(np.concatenate((places, radii), axis=2), curves.last)
-    pieces = segments.pieces()
+    segments = Cubics(np.concatenate((places, radii), axis=2), curves.last)
+    return chains(segments, shapes, path, report)
+
+
+def chains(segments: Segments, shapes: Round, path: Any, report: Report) -> list[Node]:
+    """Segments of the prim at `path` as tubes and balls."""
+    pieces = _pieces(segments)
     if pieces.sum() > max(BUDGET, len(pieces)):
         message = f"curves of {pieces.sum()} tubes are drawn with fewer, about {BUDGET}"
         report.add("usd-curves", message, path)
         pieces = np.maximum(pieces * BUDGET // pieces.sum(), 1)
-    return _chains(segments, pieces, shapes)
-
-
-def _radii(prim: Any, curves: Curves, count: int, clock: Clock, report: Report) -> FloatArray:
-    """Bézier radii `(s, 4, 1)` of all segments."""
-    widths, interpolation = _widths(prim, UsdGeom.Curves(prim), clock)
-    if interpolation == "constant":
-        widths = widths[:1]
-    radii = np.nan_to_num(widths, nan=0.0, posinf=0.0, neginf=0.0) / 2.0
-    if interpolation == "varying" or (
-        interpolation == "vertex" and type_of(prim) == "HermiteCurves"
-    ):
-        radii = _fitting(radii, int(curves.ends.sum()), prim.GetPath(), report)
-        return curves.tapers(radii[:, None])
-    if interpolation == "uniform" and len(radii) == len(curves.counts):
-        # Points that no curve lists are not drawn, whatever their radius.
-        radii = np.resize(np.repeat(radii, curves.counts), count)
-    return curves.control(_fitting(radii, count, prim.GetPath(), report)[:, None])
-
-
-def _usable(points: FloatArray, counts: IntArray, form: Form) -> NDArray[np.bool_]:
-    """Which curves have all the points they need, and all of them finite."""
-    ends = np.cumsum(counts)
-    kept = (ends <= len(points)) & (form.segments(counts) > 0)
-    unsound = np.concatenate(([0], np.cumsum(~np.isfinite(points).all(axis=1))))
-    kept[kept] = unsound[ends[kept]] == unsound[(ends - counts)[kept]]
-    return np.asarray(kept)
-
-
-def _chains(segments: Segments, pieces: IntArray, shapes: Round) -> list[Node]:
     row, number = parts(pieces)
     starts = segments.at(row, number / pieces[row])
     ends = segments.at(row, (number + 1) / pieces[row])
@@ -251,6 +261,32 @@ def _chains(segments: Segments, pieces: IntArray, shapes: Round) -> list[Node]:
     radii = np.maximum(np.stack((starts[:, 3], ends[:, 3]), axis=1), 0.0)
     tubes = shapes.tubes(starts[:, :3], ends[:, :3], radii)
     return tubes + shapes.balls(joints[:, :3], joints[:, 3])
+
+
+def _radii(prim: Any, curves: Curves, count: int, clock: Clock, report: Report) -> FloatArray:
+    """Bézier radii `(s, 4, 1)` of all segments."""
+    widths, interpolation = widths_of(prim, UsdGeom.Curves(prim), clock)
+    if interpolation == "constant":
+        widths = widths[:1]
+    radii = np.nan_to_num(widths, nan=0.0, posinf=0.0, neginf=0.0) / 2.0
+    if interpolation == "varying" or (
+        interpolation == "vertex" and type_of(prim) == "HermiteCurves"
+    ):
+        radii = fitting(radii, int(curves.ends.sum()), prim.GetPath(), report)
+        return curves.tapers(radii[:, None])
+    if interpolation == "uniform" and len(radii) == len(curves.counts):
+        # Points that no curve lists are not drawn, whatever their radius.
+        radii = np.resize(np.repeat(radii, curves.counts), count)
+    return curves.control(fitting(radii, count, prim.GetPath(), report)[:, None])
+
+
+def _usable(points: FloatArray, counts: IntArray, form: Form) -> NDArray[np.bool_]:
+    """Which curves have all the points they need, and all of them finite."""
+    ends = np.cumsum(counts)
+    kept = (ends <= len(points)) & (form.segments(counts) > 0)
+    unsound = np.concatenate(([0], np.cumsum(~np.isfinite(points).all(axis=1))))
+    kept[kept] = unsound[ends[kept]] == unsound[(ends - counts)[kept]]
+    return np.asarray(kept)
 
 
 def _bezier(
@@ -298,7 +334,7 @@ def _extended(
     return result, begins, counts + 2
 
 
-def _widths(prim: Any, schema: Any, clock: Clock) -> tuple[FloatArray, str]:
+def widths_of(prim: Any, schema: Any, clock: Clock) -> tuple[FloatArray, str]:
     """Widths `(n,)`, at least one, and their interpolation.
 
     The prim's primvar comes first; one that is inherited stands in for what the prim does not say.
@@ -324,7 +360,7 @@ def _widths(prim: Any, schema: Any, clock: Clock) -> tuple[FloatArray, str]:
     return array, str(primvar.GetInterpolation())
 
 
-def _fitting(widths: FloatArray, count: int, path: Any, report: Report) -> FloatArray:
+def fitting(widths: FloatArray, count: int, path: Any, report: Report) -> FloatArray:
     """As many widths as are needed: one serves for all."""
     if len(widths) == count:
         return widths

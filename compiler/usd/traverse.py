@@ -20,7 +20,9 @@ from compiler.usd.draw_modes import draw_stand_in, stand_in
 from compiler.usd.gprims import Gprims
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
+from compiler.usd.nurbs_curves import read_nurbs_curves
 from compiler.usd.options import KNOWN_PURPOSES, PURPOSES, StageOptions
+from compiler.usd.patches import read_patch
 from compiler.usd.prims import Inherited, PrimType, PrimTypes
 from compiler.usd.report import Report
 from compiler.usd.round import Round
@@ -40,6 +42,13 @@ LEVELS = 1000
 DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes of point instancers may be classes or overs, which are not drawn in place."""
+
+_ROUND = {
+    "BasisCurves": read_curves,
+    "HermiteCurves": read_curves,
+    "NurbsCurves": read_nurbs_curves,
+    "Points": read_points,
+}
 
 
 @dataclass(slots=True)
@@ -230,8 +239,8 @@ class Traversal:
                 self._draw_mesh(visit, frame)
             elif type.kind in self._gprims:
                 self._draw_gprim(visit, frame)
-            elif type.kind in ("BasisCurves", "HermiteCurves", "Points"):
-                self._draw_round(visit, frame)
+            elif type.kind in _ROUND or type.kind == "NurbsPatch":
+                self._draw_smooth(visit, frame)
             elif type.kind not in ("SkelRoot", "Skeleton") and not type.light:
                 message = f"`{type.kind}` prims are not drawn"
                 self.report.add("usd-unsupported", message, visit.path)
@@ -300,9 +309,15 @@ class Traversal:
         ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
-    def _draw_round(self, visit: Visit, frame: Frame) -> None:
-        read = read_points if visit.type.kind == "Points" else read_curves
-        node = _group(read(visit.prim, self._round, self.clock, self.report))
+    def _draw_smooth(self, visit: Visit, frame: Frame) -> None:
+        """Draw curves, points or a patch."""
+        read = _ROUND.get(visit.type.kind)
+        if read is None:
+            node: Node | None = read_patch(
+                visit.prim, self._options.complexity, self.clock, self.report
+            )
+        else:
+            node = _group(read(visit.prim, self._round, self.clock, self.report))
         if node is not None:
             child = bound(node, self.material(visit.prim, visit.inherited, frame))
             posed = Transform(self._pose(visit, frame))

@@ -61,6 +61,34 @@ _READ: dict[str, set[str]] = {
         "widths",
         "wrap",
     },
+    "NurbsCurves": {
+        "curveVertexCounts",
+        "knots",
+        "order",
+        "points",
+        "pointWeights",
+        "primvars:widths",
+        "ranges",
+        "widths",
+    },
+    "NurbsPatch": {
+        "points",
+        "pointWeights",
+        "uForm",  # what is closed has the same points at both ends
+        "uKnots",
+        "uOrder",
+        "uRange",
+        "uVertexCount",
+        "vForm",
+        "vKnots",
+        "vOrder",
+        "vRange",
+        "vVertexCount",
+        *(
+            f"trimCurve:{name}"
+            for name in ("counts", "knots", "orders", "points", "ranges", "vertexCounts")
+        ),
+    },
     "Points": {"ids", "points", "primvars:widths", "widths"},
     "SkelRoot": set(),
     "Skeleton": {"bindTransforms", "jointNames", "joints", "restTransforms"},

@@ -372,7 +372,7 @@ def test_inspect_tells_figures_and_what_is_left_out(run: Run) -> None:
 
 
 def test_inspect_tells_what_was_dropped_from_a_stage(run: Run, folder: Path) -> None:
-    (folder / "odd.usda").write_text('#usda 1.0\ndef NurbsPatch "Odd" {\n}\ndef Cube "C" {\n}\n')
+    (folder / "odd.usda").write_text('#usda 1.0\ndef Volume "Odd" {\n}\ndef Cube "C" {\n}\n')
     outcome = run("inspect", "odd.usda", "--json")
     (dropped,) = outcome.json["diagnostics"]
     assert dropped["primary"]["prim"] == "/Odd"

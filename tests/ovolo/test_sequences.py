@@ -80,7 +80,7 @@ def test_a_camera_is_found_by_the_last_part_of_its_path(folder: Path) -> None:
 
 
 def test_a_sequence_tells_a_warning_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "stage.usda").write_text(STAGE + 'def NurbsPatch "t" {\n}\n')
+    (folder / "stage.usda").write_text(STAGE + 'def Volume "t" {\n}\n')
     arguments = ["render", "stage.usda", *SIZE[:-1], "--frames", "1:3"]
     assert main(arguments) == Exit.OK
     assert capsys.readouterr().err.count("warning[usd-unsupported]") == 1

@@ -126,7 +126,7 @@ def test_the_command_line_chooses(car: Path, capsys: pytest.CaptureFixture[str])
 
 def test_strict_takes_drops_for_errors(car: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(car), "--strict"]) == Exit.OK
-    car.write_text(f'#usda 1.0\n{CAR}def NurbsPatch "t" {{\n}}\n')
+    car.write_text(f'#usda 1.0\n{CAR}def Volume "t" {{\n}}\n')
     assert main(["check", str(car)]) == Exit.OK
     capsys.readouterr()
     assert main(["check", str(car), "--strict"]) == Exit.FAULTS

@@ -238,13 +238,11 @@ def OtherBall "b" {
 
 def test_unsupported_prims_are_reported_with_their_paths(load: Callable[..., Any]) -> None:
     imported = load("""
-def NurbsCurves "hair" {
+def ParticleField3DGaussianSplat "hair" {
 }
-def NurbsPatch "dust" {
+def Volume "dust" {
 }
-def NurbsPatch "sand" {
-}
-def Volume "cloud" {
+def Volume "sand" {
 }
 def Teapot "pot" {
     def Cube "lid" {
@@ -256,7 +254,7 @@ def SkelRoot "body" {
     def Cube "head" {
     }
 }
-def NurbsCurves "hidden" {
+def ParticleField3DGaussianSplat "hidden" {
     token visibility = "invisible"
 }
 """)
@@ -266,9 +264,8 @@ def NurbsCurves "hidden" {
         for d in imported.diagnostics
     }
     assert said == {
-        "`NurbsCurves` prims are not drawn": ["/hair"],
-        "`NurbsPatch` prims are not drawn (2 prims)": ["/dust", "/sand"],
-        "`Volume` prims are not drawn": ["/cloud"],
+        "`ParticleField3DGaussianSplat` prims are not drawn": ["/hair"],
+        "`Volume` prims are not drawn (2 prims)": ["/dust", "/sand"],
         "prims of the unknown type `Teapot` are not drawn, only those below": ["/pot"],
         "`PortalLight` lights are not handled": ["/window"],
     }

@@ -32,7 +32,7 @@ def Xform "World" {
             uniform token purpose = "render"
         }
     }
-    def NurbsPatch "patch" {
+    def Volume "patch" {
     }
     def Camera "Cam" {
     }
@@ -73,13 +73,13 @@ def test_inspect_says_what_is_drawn_and_why_not(
     assert here["types"]["Sphere"] == {"there": 2, "drawn": 1, "invisible": 1}
     assert here["types"]["Cube"] == {"there": 2, "drawn": 1, "purpose proxy": 1}
     assert here["types"]["Cone"] == {"there": 2, "drawn": 2}
-    assert here["types"]["NurbsPatch"] == {"there": 1, "left out": 1}
+    assert here["types"]["Volume"] == {"there": 1, "left out": 1}
     assert (here["native_instances"], here["native_prototypes"]) == (2, 1)
     assert (here["up"], here["time_codes"]) == ("Z", [1, 24])
     assert here["camera_paths"] == ["/World/Cam"]
     assert here["variants"]["/World/i1{size=big}"] == ["big", "small"]
     assert main(["inspect", str(path)]) == Exit.OK
     out, err = capsys.readouterr()
-    assert "NurbsPatch" in err
+    assert "Volume" in err
     assert "Cube                2        1  1 purpose proxy\n" in out
     assert "cameras     1: /World/Cam\n" in out
