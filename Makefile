@@ -58,6 +58,13 @@ memcheck:  ## The kernel's unsafe parts under valgrind
 	@cd $(KERNEL) && $(CARGO) --config "target.'cfg(all())'.runner=['valgrind','-q','--error-exitcode=9']" \
 	  test --lib -- trace:: lanes:: --test-threads=1
 
+.PHONY: neon
+neon: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER := aarch64-linux-gnu-gcc
+neon: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER := qemu-aarch64 -L /usr/aarch64-linux-gnu
+neon:  ## The kernel's tests on an emulated ARM; Debian: qemu-user, gcc-aarch64-linux-gnu
+	@rustup target add aarch64-unknown-linux-gnu
+	@cd $(KERNEL) && $(CARGO) test --release --quiet --lib --target aarch64-unknown-linux-gnu
+
 .PHONY: bench
 bench: install  ## Measure speed beside the peers; records go to benchmarks/records
 	@$(RUN) python -m benchmarks --record
