@@ -154,14 +154,15 @@ class _Compressor:
 
     def run(self, node: Node, runs: dict[int, _Run | None]) -> _Run | None:
         """The run that `node` heads, given those of its children."""
-        leaf = self.leaf(node)
-        if leaf is not None:
-            run = _Run(leaf.number)
-            if leaf.size is not None:
-                run = _Run(leaf.number, _Link(leaf.size, None), len(leaf.size.steps))
-            return self.with_segment(run, node.origin)
         if isinstance(node, Instances):
             return self.placed(node, runs.get(id(node.child)))
+        leaf = self.leaf(node)
+        if leaf is not None:
+            segments = self.segments(leaf.number, None, node.origin)
+            if leaf.size is None:
+                return _Run(leaf.number, segments=segments)
+            size = _Link(leaf.size, None)
+            return _Run(leaf.number, size, len(leaf.size.steps), segments=segments)
         children = [runs[id(child)] for child in self.walk.children(node)]
         below = [run for run in children if run]
         if not below:
@@ -176,7 +177,7 @@ class _Compressor:
             code = self.material(node.material)
             outer = overriding(code) if node.override else code
             run = run._replace(material=combined(outer, run.material))
-        return self.with_segment(run, node.origin)
+        return run._replace(segments=self.segments(run.target, run.segments, node.origin))
 
     def placed(self, node: Instances, run: _Run | None) -> _Run | None:
         """The run that `node` heads over that of its child; no lanes place nothing."""
@@ -185,24 +186,26 @@ class _Compressor:
             return None
         if count is not None and (count > 1 or node.transform.breaks):
             return self.batch(run, node)
+        length, transforms = run.length, run.transforms
         if node.transform.steps:
             transform = node.transform if count is None else _first_lane(node.transform)
-            length = run.length + len(transform.steps)
-            transforms = _Link(transform, run.transforms)
-            run = _Run(run.target, transforms, length, run.material, run.segments)
+            length += len(transform.steps)
+            transforms = _Link(transform, transforms)
         origin = node.origin
         if count == 1 and origin:
             index = int(node.indices[0]) if node.indices is not None else 0
             origin = replace(origin, index=index)
-        return self.with_segment(run, origin)
+        segments = self.segments(run.target, run.segments, origin)
+        return _Run(run.target, transforms, length, run.material, segments)
 
-    def with_segment(self, run: _Run, origin: Origin | None) -> _Run:
-        """`run` with a path segment above it: what adds to the path, or is a leaf's only place."""
-        if origin is None or not (origin.label or (run.target >= 0 and run.segments is None)):
-            return run
+    def segments(
+        self, target: int, below: _Link[Segment] | None, origin: Origin | None
+    ) -> _Link[Segment] | None:
+        """A path's segments with one above: what adds to the path, or is a leaf's only place."""
+        if origin is None or not (origin.label or (target >= 0 and below is None)):
+            return below
         index = -1 if origin.index is None else origin.index
-        segments = _Link(Segment(self.origins.index(origin), index), run.segments)
-        return _Run(run.target, run.transforms, run.length, run.material, segments)
+        return _Link(Segment(self.origins.index(origin), index), below)
 
     def edge(self, run: _Run) -> Edge:
         """The finished edge of a run that holds no batch."""
@@ -225,7 +228,8 @@ class _Compressor:
         transform = node.transform if count > 1 else _first_lane(node.transform)
         steps = (*inner, *transform.steps)
         labelled = node.origin is not None and node.origin.label
-        breaks = [0, *(len(inner) + place for place in node.transform.breaks), len(steps)]
+        places = (len(inner) + place for place in node.transform.breaks)
+        breaks = sorted({0, *places, len(steps)})
         apart = [
             self.chain(Chain(steps[start:end], count))
             for start, end in pairwise(breaks)
@@ -250,7 +254,10 @@ class _Compressor:
         """The branch of a group whose batches' lanes have an order of their own."""
         assert node.order is not None
         counts = [_lanes(item) for item in node.items]
-        exists = np.repeat([run is not None for run in runs], counts)
+        order = node.order
+        if None in runs:
+            exists = np.repeat([run is not None for run in runs], counts)
+            order = (np.cumsum(exists) - 1)[order[exists[order]]]
         edges = []
         for run, item in zip(runs, node.items, strict=True):
             if run is None:
@@ -263,7 +270,7 @@ class _Compressor:
                 if self.walk.references[id(item)] == 1:
                     self.branches.edges[~run.target] = ()
         branch = self.branch(edges)
-        self.branches.orders[branch] = (np.cumsum(exists) - 1)[node.order[exists[node.order]]]
+        self.branches.orders[branch] = order
         return branch
 
     def chain(self, chain: Chain) -> int:

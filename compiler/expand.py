@@ -268,12 +268,14 @@ class _Maker:
     def reorder(self, starts: Sequence[int], lanes: Sequence[int], order: Integers) -> None:
         """Put the lanes of edges, whose leaves begin at `starts` and end at the last, in order."""
         sizes = np.diff(starts) // lanes
-        first = np.concatenate(
-            [s + size * np.arange(n) for s, size, n in zip(starts, sizes, lanes, strict=False)]
-        )[order]
-        size = np.repeat(sizes, lanes)[order]
-        within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-        rows = np.repeat(first, size) + within
+        rows = starts[0] + order
+        if (sizes != 1).any():
+            first = np.concatenate(
+                [s + size * np.arange(n) for s, size, n in zip(starts, sizes, lanes, strict=False)]
+            )[order]
+            size = np.repeat(sizes, lanes)[order]
+            within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+            rows = np.repeat(first, size) + within
         t = self.table
         columns = t.leaf_frame, t.leaf_lane, t.leaf_target, t.leaf_material, t.leaf_source
         for column in columns:

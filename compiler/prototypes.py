@@ -44,11 +44,14 @@ class Prototypes:
         key: object
         size: Transform | None = None
         if isinstance(node, Shape):
-            unit = unit_of(node.kind, node.parameters) if self._units else None
-            if unit is not None and not node.sized and (node.kind, unit[0]) in self._units:
-                size = Transform((Step(StepKind.SCALE, np.array(unit[1])),))
-                node = Shape(node.kind, unit[0])
             key = (node.kind, node.parameters)
+            if self._units and not node.sized:
+                unit = unit_of(node.kind, node.parameters)
+                if unit is not None and (node.kind, unit[0]) in self._units:
+                    key = (node.kind, unit[0])
+                    size = Transform((Step(StepKind.SCALE, np.array(unit[1])),))
+                    if key not in self._numbers:
+                        node = Shape(node.kind, unit[0])
         elif isinstance(node, Mesh):
             if not len(node.triangles):
                 self.empty += 1

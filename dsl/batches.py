@@ -180,7 +180,8 @@ def _batch(part: Part, span: Span) -> scene.Node:
         if len(distinct(list(part.sizes.T), len(part.lanes))[0]) <= sizes.MOST:
             raise Sequential  # they may be prototypes of their own
         rows[0] = (scene.Step(scene.StepKind.SCALE, part.sizes), *rows[0])
-    rows = [row for row in rows if row]
+    # An empty first row parts the maps that the child itself has from those around it.
+    rows = [rows[0], *filter(None, rows[1:])]
     chain = tuple(step for row in rows for step in row)
     breaks = tuple(accumulate(map(len, rows[:-1])))
     if len(part.lanes) == 1 and not breaks:

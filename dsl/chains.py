@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from types import GeneratorType
+
 from dsl import ast, batches, scene
 from dsl.calls import Site, assign, call_builtin
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
-from dsl.run import LEAVES, Run, Steps, Task
+from dsl.run import Run, Steps, Task
 from dsl.spans import Span
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
@@ -28,21 +30,15 @@ from dsl.values import (
 
 def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
     """A base with its suffixes in reading order; neighbouring maps of an object become one node."""
-    if type(node.base) in LEAVES:
-        value = run.leaf(node.base, scope)
-    else:
-        value = yield node.base, scope
+    begun = run.begin(node.base, scope)
+    value: Value = (yield begun) if type(begun) is GeneratorType else begun
     name = node.base.name if isinstance(node.base, ast.Name) else "this"
     steps: list[scene.Step] | None = None  # maps that are not yet applied to the value
     suffixes = iter(zip(node.suffixes, (*node.suffixes[1:], None), strict=True))
     for suffix, following in suffixes:
         if value is POISON:
             raise Poisoned
-        if (
-            isinstance(suffix, ast.Member)
-            and isinstance(following, ast.Call)
-            and not isinstance(value, File)
-        ):
+        if type(suffix) is ast.Member and type(following) is ast.Call and type(value) is not File:
             next(suffixes)
             given = yield from _values(run, following, scope)
             site = _site(run, suffix.name, node.span, following)
@@ -97,11 +93,8 @@ def _values(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Value]]:
     """The values of a call's arguments."""
     values: list[Value] = []
     for argument in call.arguments:
-        expression = argument.value
-        if type(expression) in LEAVES:
-            values.append(run.leaf(expression, scope))
-        else:
-            values.append((yield expression, scope))
+        begun = run.begin(argument.value, scope)
+        values.append((yield begun) if type(begun) is GeneratorType else begun)
     return values
 
 

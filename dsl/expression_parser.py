@@ -47,6 +47,8 @@ _SINGLE: dict[str, Callable[[Span, Any], ast.Expression]] = {
 }
 """Expressions of one token, by its kind."""
 _SUFFIXES = ("(", "[", ".")
+_GOING_ON = frozenset((*_LEVELS, *_SUFFIXES))
+"""Words with which an expression that could end before them goes on."""
 
 
 class ExpressionParser(TokenReader, ABC):
@@ -59,6 +61,10 @@ class ExpressionParser(TokenReader, ABC):
     def expression(self, level: int = 0) -> ast.Expression:
         """Operators of that level and above: `operand { operator operand }`."""
         start, kinds = self.position, self.kinds
+        make = _SINGLE.get(kinds[start])
+        if make is not None and kinds[start + 1] not in _GOING_ON:
+            self.position += 1
+            return make(Span(self.source, self.starts[start], self.ends[start]), self.values[start])
         left = self.prefix(level)
         while (binary := _LEVELS.get(kinds[self.position], -1)) >= level:
             operands = [left]
@@ -122,7 +128,8 @@ class ExpressionParser(TokenReader, ABC):
                     help = "a number ends with a digit, such as `2.0` or `2`" if number else None
                     self.expected("a name after `.`", help)
                 self.position += 1
-                suffixes.append(ast.Member(self.token_span(member), self.name(member)))
+                span = Span(self.source, self.starts[member], self.ends[member])
+                suffixes.append(ast.Member(span, self.name(member)))
         return ast.Chain(self.span(start), base, tuple(suffixes)) if suffixes else base
 
     def is_word(self, place: int) -> bool:
@@ -150,12 +157,15 @@ class ExpressionParser(TokenReader, ABC):
 
     def argument(self) -> ast.Argument:
         """`[ name ":" ] expression`."""
-        start, following = self.position, self.next_kind()
+        start = self.position
+        kind = self.kinds[start]
+        following = self.kinds[start + 1] if kind != "end" else kind
         name, name_span = None, None
         if following == ":" and self.is_word(start):
             self.position += 2
-            name, name_span = self.name(start), self.token_span(start)
-        elif following == "=" and self.kind == "name":
+            name = self.name(start)
+            name_span = Span(self.source, self.starts[start], self.ends[start])
+        elif following == "=" and kind == "name":
             self.advance()
             self.foreign_sign()
             self.report(
@@ -167,7 +177,8 @@ class ExpressionParser(TokenReader, ABC):
             self.advance()
             name, name_span = self.name(start), self.token_span(start)
         value = self.expression()
-        return ast.Argument(self.span(start), name, name_span, value)
+        span = Span(self.source, self.starts[start], self.ends[self.position - 1])
+        return ast.Argument(span, name, name_span, value)
 
     def primary(self) -> ast.Expression:
         """A literal, a name, or something in brackets."""
@@ -176,7 +187,7 @@ class ExpressionParser(TokenReader, ABC):
         make = _SINGLE.get(kind)
         if make is not None:
             self.position += 1
-            return make(self.token_span(place), self.values[place])
+            return make(Span(self.source, self.starts[place], self.ends[place]), self.values[place])
         match kind:
             case "(":
                 return self.parenthesised()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import GeneratorType
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.lanes import merged
 from dsl.operators import binary, negate, truth
-from dsl.run import LEAVES, Run, Task
+from dsl.run import Run, Task
 from dsl.scene import IntArray
 from dsl.values import POISON, Angle, Color, List, Scope, Truths, Value, Vector
 
@@ -100,7 +101,8 @@ def unary(run: Run, node: ast.Unary, scope: Scope) -> Task:
 def operation(run: Run, node: ast.Operation, scope: Scope) -> Task:
     """Binary operators from the left; `and` and `or` stop where the answer is known."""
     left_node = node.operands[0]
-    left = run.leaf(left_node, scope) if type(left_node) in LEAVES else (yield left_node, scope)
+    begun = run.begin(left_node, scope)
+    left: Value = (yield begun) if type(begun) is GeneratorType else begun
     for op, right_node in zip(node.operators, node.operands[1:], strict=True):
         if op.symbol in ("and", "or"):
             subject = f"an operand of `{op.symbol}`"
@@ -113,10 +115,8 @@ def operation(run: Run, node: ast.Operation, scope: Scope) -> Task:
             if not isinstance(left, Truths):
                 truth(left, right_node, subject)
         else:
-            if type(right_node) in LEAVES:
-                right = run.leaf(right_node, scope)
-            else:
-                right = yield right_node, scope
+            begun = run.begin(right_node, scope)
+            right = (yield begun) if type(begun) is GeneratorType else begun
             left = binary(op, left, right, left_node, right_node)
             if isinstance(left, List):
                 run.check_length(len(left.items), node.span)

@@ -335,11 +335,11 @@ def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Ste
 
 
 def stacked(values: Sequence[Any]) -> FloatArray:
-    """The values of a step, `(k,)`, or `(n, k)` where one of them has lanes."""
+    """The values of a step, `(k,)`, or `(n, k)`, column by column, where one of them has lanes."""
     for value in values:
         if isinstance(value, np.ndarray):
-            rows = np.empty((len(value), len(values)))
-            for column, each in enumerate(values):
-                rows[:, column] = each
-            return rows
+            columns = np.empty((len(values), len(value)))
+            for column, each in zip(columns, values, strict=True):
+                column[:] = each
+            return columns.T
     return np.array(values, dtype=np.float64)

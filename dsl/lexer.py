@@ -108,25 +108,30 @@ class _Lexer:
             tokens.append("end", 0, 0)
             return tokens, self.diagnostics
         kinds, starts, ends, values = tokens.kinds, tokens.starts, tokens.ends, tokens.values
+        brackets, opened = self.brackets, self.open
         broken = 0  # as many tokens as there were at the last newline that ends no statement
         end = 0
         for word in _pattern(text).findall(text):
-            start, end = end, end + (len(word) if is_ascii else _size(word))
+            start = end
+            end += len(word) if is_ascii else _size(word)
             kind, value = known.get(word) or self.read(word, start)
             if kind in _LAYOUT:
                 if kind == "space":
                     continue
-                if kind == "newline":
+                if kind in _CLOSES:
+                    self.close(kind)
+                elif kind in opened:
+                    brackets.append(kind)
+                    opened[kind] += 1
+                elif kind == "newline":
                     if self.in_brackets():
                         broken = len(kinds)
                     elif not kinds or kinds[-1] != "newline":
                         tokens.append("newline", start, end)
                     continue
-                if kind == ".":
+                elif kind == ".":
                     if kinds and kinds[-1] == "newline":
                         tokens.pop()
-                elif kind not in _STATEMENT_WORDS:
-                    self.bracket(kind)
                 elif broken == len(kinds):
                     # Only a bracket that was never closed can put one of these words here: close
                     # it, so that the fault stays in its own statement.
@@ -149,11 +154,10 @@ class _Lexer:
         """Whether a newline ends no statement here."""
         return bool(self.brackets) and self.brackets[-1] != "{"
 
-    def bracket(self, symbol: str) -> None:
-        if symbol in "([{":
-            self.brackets.append(symbol)
-            self.open[symbol] += 1
-        elif self.open[opener := _CLOSES[symbol]]:
+    def close(self, closer: str) -> None:
+        """Forget the brackets up to the one that this closes, if there is one."""
+        opener = _CLOSES[closer]
+        if self.open[opener]:
             while self.leave() != opener:
                 pass
 
@@ -203,7 +207,7 @@ class _Lexer:
         return "fault", None
 
     def number(self, word: str, start: int) -> _Word:
-        digits = _DIGITS.findall(word)[0]
+        digits = _DIGITS.findall(word)[0] if word.strip("0123456789.") else word
         unit, middle = word[len(digits) :], start + len(digits)
         kind, value = "number", float(digits)
         if unit in UNITS:

@@ -1,7 +1,7 @@
 """What the parameters of a shape must satisfy: the exact inequalities, as words with values.
 
 A bevelled solid is the opening of the plain one by a ball, which exists as long as the ball fits;
-`dsl/reference/bevels.md` derives the conditions.
+`dsl/reference/bevel-limits.md` derives the conditions.
 """
 
 from __future__ import annotations
@@ -38,15 +38,14 @@ def broken_limit(kind: ShapeKind, parameters: Sequence[float]) -> Broken | None:
 
     Equality at a bevel's limit is allowed.
     """
+    if len(parameters) == 1 and SIZES[0] <= parameters[0] <= SIZES[1]:
+        return None  # a radius
     p = dict(zip(SHAPE_PARAMETERS[kind], parameters, strict=True))
-    for name, amount in p.items():
-        if not math.isfinite(amount):
-            return Broken("value-not-finite", f"{name} = {amount} is not finite", (name,))
-    return (
-        _broken_extent(kind, p)
-        or _broken_size({name: amount for name, amount in p.items() if not name.startswith("phi")})
-        or (_broken_bevel(kind, p) if "bevel" in p else None)
-    )
+    if not all(map(math.isfinite, parameters)):
+        name, amount = next(item for item in p.items() if not math.isfinite(item[1]))
+        return Broken("value-not-finite", f"{name} = {amount} is not finite", (name,))
+    broken = _broken_extent(kind, p) or _broken_size(p)
+    return broken or (_broken_bevel(kind, p) if p.get("bevel") else None)
 
 
 def largest_bevel(kind: ShapeKind, parameters: Sequence[float]) -> float:
@@ -206,14 +205,13 @@ def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
             return broken
 
 
-def _broken_size(lengths: dict[str, float]) -> Broken | None:
-    if not lengths:
-        return None
-    name = max(lengths, key=lambda name: abs(lengths[name]))
-    size, (low, high) = abs(lengths[name]), SIZES
+def _broken_size(p: dict[str, float]) -> Broken | None:
+    lengths = {name: abs(p[name]) for name in p if name not in ("phi0", "phi1")}
+    size, (low, high) = max(lengths.values(), default=1.0), SIZES
     if low <= size <= high:
         return None
-    shown = name.replace("_", ".") if lengths[name] > 0.0 else f"|{name}|"
+    name = next(name for name, length in lengths.items() if length == size)
+    shown = name.replace("_", ".") if p[name] > 0.0 else f"|{name}|"
     bound = f"is below {number(low)}" if size < low else f"exceeds {number(high)}"
     message = f"{shown} = {number(size)} {bound}"
     return Broken("value-out-of-range", message, (name,), "choose another unit of length")

@@ -18,6 +18,9 @@ from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import Binding
 
+_LITERALS = frozenset(
+    (ast.Number, ast.AngleLiteral, ast.Boolean, ast.String, ast.ColorLiteral, ast.Missing)
+)
 _MOVE_UP = "a `let` is visible only after it: move it up"
 _EARLIER = "a default sees only the parameters before it"
 _NEST = "all ranges are evaluated before the loop: put a second `for` into its body"
@@ -195,21 +198,11 @@ class _Resolver:
             self.block(function.body, frame)
 
     def expression(self, node: ast.Expression, frame: _Frame) -> None:
+        if type(node) in _LITERALS:
+            return
         match node:
-            case ast.Number():
-                pass
             case ast.Name():
                 self.use(node, frame)
-            case ast.Block():
-                self.block(node, frame)
-            case ast.VectorLiteral(components=parts) | ast.ListLiteral(items=parts):
-                for part in parts:
-                    self.expression(part, frame)
-            case ast.Operation():
-                for operand in node.operands:
-                    self.expression(operand, frame)
-            case ast.Unary():
-                self.expression(node.operand, frame)
             case ast.Chain():
                 self.expression(node.base, frame)
                 if isinstance(node.base, ast.Name) and node.base.name == "rgb":
@@ -222,6 +215,16 @@ class _Resolver:
                             self.expression(argument.value, frame)
                     elif isinstance(suffix, ast.Index):
                         self.expression(suffix.index, frame)
+            case ast.Block():
+                self.block(node, frame)
+            case ast.VectorLiteral(components=parts) | ast.ListLiteral(items=parts):
+                for part in parts:
+                    self.expression(part, frame)
+            case ast.Operation():
+                for operand in node.operands:
+                    self.expression(operand, frame)
+            case ast.Unary():
+                self.expression(node.operand, frame)
             case ast.If():
                 for condition, block in node.branches:
                     self.expression(condition, frame)

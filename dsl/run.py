@@ -1,9 +1,9 @@
 """One evaluation: its state, its driver, and what it may spend.
 
 Evaluation is a walk of the tree without machine recursion. The handler of a node either returns its
-value or is a generator that yields the (expression, scope) pairs whose values it needs;
-`Run.drive` runs them on a stack of its own and counts the steps. A fault travels to the statement
-around it, is recorded there, and leaves `POISON` behind, which is silent.
+value or is a generator that yields the (expression, scope) pairs whose values it needs, or the
+generators that `Run.begin` made of them; `Run.drive` runs them on a stack of its own. A fault
+travels to the statement around it, is recorded there, and leaves `POISON` behind, which is silent.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from dsl.spans import Source, Span
 from dsl.values import Binding, File, Poison, Scope, Value, shown
 
 _Result = TypeVar("_Result")
-Steps = Generator[tuple[ast.Expression, Scope], Value, _Result]
-"""What needs the values of expressions to come to a result."""
+Steps = Generator["tuple[ast.Expression, Scope] | Task", Value, _Result]
+"""What needs the values of expressions to come to a result, or of tasks that have begun."""
 Task = Steps[Value]
 Handler = Callable[["Run", Any, Scope], "Value | Task"]
 Context = Label | tuple[ast.For, tuple[Value, ...]]
@@ -37,10 +37,6 @@ Context = Label | tuple[ast.For, tuple[Value, ...]]
 _NodeOfScene = TypeVar("_NodeOfScene", bound=scene.Node)
 
 
-LEAVES = frozenset(
-    (ast.Number, ast.AngleLiteral, ast.Boolean, ast.String, ast.ColorLiteral, ast.Name)
-)
-"""Expressions without others in them: their handlers return the value."""
 _LANES_PER_STEP = 8
 """An expression evaluated in so many lanes counts as a step."""
 _FAULT_STEPS = 500
@@ -113,10 +109,10 @@ class Run:
             top = stack[-1]
             try:
                 if raised is None:
-                    expression, scope = top.send(value)
+                    due = top.send(value)
                 else:
                     fault, raised = raised, None
-                    expression, scope = top.throw(fault)
+                    due = top.throw(fault)
             except StopIteration as done:
                 stack.pop()
                 value = done.value
@@ -129,23 +125,20 @@ class Run:
                     raise
                 raised, value = fault, None
                 continue
-            self._steps += self._cost
-            if self._steps > self.limits.steps:
-                self.spend(0, expression.span)
             try:
-                value = self.handlers[type(expression)](self, expression, scope)
+                value = self.begin(*due) if type(due) is tuple else due
             except (Fault, Poisoned) as fault:
                 raised, value = fault, None
             if type(value) is GeneratorType:
                 stack.append(value)
                 value = None
 
-    def leaf(self, expression: ast.Expression, scope: Scope) -> Value:
-        """The value of an expression of one of the `LEAVES`, without the driver."""
+    def begin(self, expression: ast.Expression, scope: Scope) -> Any:
+        """The value of an expression, or what comes to it: a generator, which is to be yielded."""
         self._steps += self._cost
         if self._steps > self.limits.steps:
             self.spend(0, expression.span)
-        return cast("Value", self.handlers[type(expression)](self, expression, scope))
+        return self.handlers[type(expression)](self, expression, scope)
 
     def spend(self, steps: int, span: Span) -> None:
         """Count steps beyond the one of each expression: a loop's iterations, a copy's items."""

@@ -50,6 +50,8 @@ class Origin:
 class StepKind(StrEnum):
     """The elementary affine maps; `values` of a `Step` are listed here in order."""
 
+    __hash__ = str.__hash__  # that of Enum is ten times as slow
+
     TRANSLATE = "translate"  # x y z
     SCALE = "scale"  # x y z
     ROTATE = "rotate"  # axis x y z, angle in degrees, right-handed
@@ -77,8 +79,8 @@ class Transform:
     """A chain of elementary maps in reading order: the first is applied to the object first.
 
     Every step's batch size is the same n, or the step is unbatched and holds for all. Between the
-    steps at the `breaks` (numbers of the steps above them) the chain is composed in parts, as the
-    maps of an object and of a group around it are.
+    steps at the `breaks` (numbers of the steps above them; at 0 the child's own maps are apart) the
+    chain is composed in parts, as the maps of an object and of a group around it are.
     """
 
     steps: tuple[Step, ...] = ()
@@ -99,6 +101,8 @@ class Transform:
 
 class ShapeKind(StrEnum):
     """The analytic solids and surfaces that the kernel intersects exactly."""
+
+    __hash__ = str.__hash__  # that of Enum is ten times as slow
 
     SPHERE = "sphere"
     BOX = "box"

@@ -5,7 +5,7 @@ Whatever the input, the answer is a result or diagnostics, in bounded time and m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from dsl.files import FileFault, Files
 from dsl.format import format_source
 from dsl.parser import parse
 from dsl.render_diagnostic import render_diagnostics, to_json
-from dsl.scene import File, Node, SceneGraph
+from dsl.scene import File, Group, Node, SceneGraph
 from dsl.spans import Source, Span
 
 LIMITS = Limits(
@@ -88,12 +88,15 @@ _PLACES = {
 """Columns that tell where leaves come from: what they tell is to agree, not how it is packed."""
 
 
-def ways(text: str) -> None:
-    """A loop evaluated in all iterations at once, and one after the other, is the same scene."""
-    module, faults = parse(Source("scene.ovo", text))
-    assert not faults
-    judge, expected, faults = _compiled(module, 10**9)
-    graph, ir, found = _compiled(module, 1)
+def ways(*texts: str) -> None:
+    """Loops evaluated in all iterations at once, and one after the other, are the same scene.
+
+    That of several programs is the group of theirs: it is flattened in the time of one.
+    """
+    modules = [parse(Source("scene.ovo", text)) for text in texts]
+    assert not any(faults for _, faults in modules)
+    judge, expected, faults = _compiled([module for module, _ in modules], 10**9)
+    graph, ir, found = _compiled([module for module, _ in modules], 1)
     assert found == faults
     assert (ir is None) is (expected is None)
     if expected is None or ir is None or judge is None or graph is None:
@@ -133,15 +136,22 @@ def ir_binary(content: bytes, path: Path) -> None:
 
 
 def _compiled(
-    module: ast.Module, fewest: int
+    modules: Sequence[ast.Module], fewest: int
 ) -> tuple[SceneGraph | None, SceneIR | None, list[Diagnostic]]:
-    """The scene of a program whose loops of so many iterations are evaluated at once."""
+    """The scene of programs whose loops of so many iterations are evaluated at once."""
+    found: list[Diagnostic] = []
+    roots: list[Node] = []
     with _lanes_from(fewest):
-        graph, found = evaluate(module, NoFiles())
-        if graph is None:
+        for module in modules:
+            graph, faults = evaluate(module, NoFiles())
+            found += faults
+            if graph is not None:
+                roots.append(graph.root)
+        if not roots:
             return None, None, found
-        ir, more, _ = flatten(graph, _no_file)
-    return graph, ir, found + more
+        whole = SceneGraph(roots[0] if len(roots) == 1 else Group(tuple(roots)))
+        ir, more, _ = flatten(whole, _no_file)
+    return whole, ir, found + more
 
 
 @contextmanager
