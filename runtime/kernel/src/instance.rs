@@ -131,6 +131,18 @@ pub fn slide_to_center<L: Lanes<Scalar = f64>>(origin: [L; 3], direction: [L; 3]
 }
 
 impl<L: Lanes<Scalar = f64>> LevelRays<L> {
+    /// The ray in lane `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> LevelRays<f64> {
+        LevelRays {
+            origin: axes!(|axis| self.origin[axis].get(i)),
+            direction: axes!(|axis| self.direction[axis].get(i)),
+            start: self.start.get(i),
+            rate: self.rate.get(i),
+            per_rate: self.per_rate.get(i),
+        }
+    }
+
     /// The same rays with directions scaled by powers of two, the largest component in [1, 2).
     #[inline(always)]
     pub fn with_unit_direction(self) -> LevelRays<L> {

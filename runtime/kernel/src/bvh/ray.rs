@@ -46,6 +46,16 @@ impl NodeRay<f32> {
 }
 
 impl<L: Lanes<Scalar = f32>> NodeRay<L> {
+    /// The ray in lane `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> NodeRay<f32> {
+        NodeRay {
+            inverse: axes!(|axis| self.inverse[axis].get(i)),
+            near: axes!(|axis| self.near[axis].get(i)),
+            far: axes!(|axis| self.far[axis].get(i)),
+        }
+    }
+
     /// From the origin and the direction in the tree's space.
     #[inline(always)]
     pub fn new(o: [L; 3], d: [L; 3]) -> NodeRay<L> {

@@ -64,30 +64,40 @@ impl<'py> Rays<'py> {
     }
 }
 
-/// A pool of that many threads, but of no more than there are cores; None for the one that all share.
-fn pool(threads: usize) -> PyResult<Option<rayon::ThreadPool>> {
-    if threads == 0 {
-        return Ok(None);
-    }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.min(cores))
-        .build()
-        .map(Some)
-        .map_err(|error| PyRuntimeError::new_err(error.to_string()))
+/// The threads that share the rays of a call.
+struct Threads {
+    /// None for the caller's own thread, and for those that all calls share, one for each core.
+    pool: Option<rayon::ThreadPool>,
+    /// Batches that stay on one thread.
+    together: usize,
 }
 
-/// Runs `work` on the pool with the GIL released, then lets a pending KeyboardInterrupt through.
-fn run(
-    py: Python<'_>,
-    pool: Option<&rayon::ThreadPool>,
-    work: impl FnOnce() + Send,
-) -> PyResult<()> {
-    py.detach(|| match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
-    });
-    py.check_signals()
+impl Threads {
+    /// That many, but no more than there are cores; 0 for as many. One is the caller's own, since
+    /// a thread takes longer to begin than thousands of rays.
+    fn new(threads: usize) -> PyResult<Threads> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let pool = if (2..cores).contains(&threads) {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+            Some(pool)
+        } else {
+            None
+        };
+        let together = if threads == 1 { usize::MAX } else { 1 };
+        Ok(Threads { pool, together })
+    }
+
+    /// Runs `work` with the GIL released, then lets a pending KeyboardInterrupt through.
+    fn run(&self, py: Python<'_>, work: impl FnOnce() + Send) -> PyResult<()> {
+        py.detach(|| match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        });
+        py.check_signals()
+    }
 }
 
 /// The numbers of an array that was made just now.
@@ -113,13 +123,14 @@ pub(super) fn closest<'py>(
         .chunks_mut(POLL)
         .zip(slice_of!(instance).chunks_mut(POLL))
         .zip(slice_of!(primitive).chunks_mut(POLL));
-    let pool = pool(threads)?;
+    let threads = Threads::new(threads)?;
     for (poll, ((t, instance), primitive)) in answers.enumerate() {
-        run(py, pool.as_ref(), || {
+        threads.run(py, || {
             t.par_chunks_mut(BATCH)
                 .zip(instance.par_chunks_mut(BATCH))
                 .zip(primitive.par_chunks_mut(BATCH))
                 .enumerate()
+                .with_min_len(threads.together)
                 .for_each(|(batch, ((t, instance), primitive))| {
                     let start = poll * POLL + batch * BATCH;
                     let found = FoundColumns {
@@ -195,9 +206,9 @@ pub(super) fn surfaces<'py>(
         .zip(slice_of!(prototype).chunks_mut(POLL))
         .zip(slice_of!(material).chunks_mut(POLL))
         .zip(slice_of!(offset).chunks_mut(POLL));
-    let pool = pool(threads)?;
+    let threads = Threads::new(threads)?;
     for (poll, ((((normal, position), prototype), material), offset)) in answers.enumerate() {
-        run(py, pool.as_ref(), || {
+        threads.run(py, || {
             normal
                 .par_chunks_mut(3 * BATCH)
                 .zip(position.par_chunks_mut(3 * BATCH))
@@ -205,6 +216,7 @@ pub(super) fn surfaces<'py>(
                 .zip(material.par_chunks_mut(BATCH))
                 .zip(offset.par_chunks_mut(BATCH))
                 .enumerate()
+                .with_min_len(threads.together)
                 .for_each(
                     |(batch, ((((normal, position), prototype), material), offset))| {
                         let start = poll * POLL + batch * BATCH;
@@ -250,11 +262,12 @@ pub(super) fn occluded<'py>(
     let slices = rays.slices();
     let n = slices.len();
     let answers = PyArray1::<bool>::zeros(py, n, false);
-    let pool = pool(threads)?;
+    let threads = Threads::new(threads)?;
     for (poll, part) in slice_of!(answers).chunks_mut(POLL).enumerate() {
-        run(py, pool.as_ref(), || {
+        threads.run(py, || {
             part.par_chunks_mut(BATCH)
                 .enumerate()
+                .with_min_len(threads.together)
                 .for_each(|(batch, part)| {
                     let start = poll * POLL + batch * BATCH;
                     scene.find_any(slices.part(start..start + part.len()), part);

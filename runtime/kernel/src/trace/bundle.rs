@@ -2,6 +2,7 @@
 //! against those of leaves.
 use super::frustum::{Frustum, greatest, least};
 use super::precision::{Halves, PacketMask};
+use super::single::TreeRay;
 use crate::bvh::{Child, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes};
@@ -25,14 +26,14 @@ const NARROW: usize = 2;
 impl Entry {
     const UNTESTED: u32 = u32::MAX;
 
-    /// An instance that all rays are to be tested with.
+    /// To be visited before others, by all of these rays that still look for something.
     #[inline(always)]
-    pub fn unbounded(number: u32) -> Entry {
+    pub fn first(child: Child, rays: u32) -> Entry {
         Entry {
             near: f32::NEG_INFINITY,
-            child: Child::item(number),
+            child,
             place: Entry::UNTESTED,
-            rays: u32::MAX,
+            rays,
         }
     }
 }
@@ -49,6 +50,16 @@ fn extent<L: Lanes<Scalar = f32>>(node: &Node, first: usize) -> L {
     x.mul_add(y, y.mul_add(z, z * x))
 }
 
+/// The large children of a node, as bits; unused ones count.
+#[inline(always)]
+pub fn large_children<I: Isa>(node: &Node) -> u32 {
+    type N<I> = <I as Isa>::F32UpTo8;
+    (0..WIDTH).step_by(N::<I>::WIDTH).fold(0, |large, first| {
+        let extent = extent::<N<I>>(node, first);
+        large | N::<I>::splat(LARGE).lt(extent).bits() << first
+    })
+}
+
 /// Brings the nearest of some entries to the end: by insertion, for there seldom are more than
 /// three.
 #[inline(always)]
@@ -63,6 +74,7 @@ fn sort(entries: &mut [Entry]) {
 }
 
 /// The rays in the tree's space.
+#[derive(Clone)]
 pub struct Bundle<I: Isa> {
     node_ray: NodeRay<I::F32>,
     frustum: Frustum<I::F32UpTo8>,
@@ -119,6 +131,22 @@ impl<I: Isa> Bundle<I> {
             interval,
             active,
         )
+    }
+
+    /// One of the rays, given by origins and directions in the tree's space.
+    #[inline(always)]
+    pub fn tree_ray(&self, lane: usize, [origin, direction]: [[I::F32; 3]; 2]) -> TreeRay {
+        let half = lane / I::F64::WIDTH;
+        let place = lane % I::F64::WIDTH;
+        TreeRay {
+            origin: axes!(|i| origin[i].get(lane)),
+            direction: axes!(|i| direction[i].get(lane)),
+            node_ray: self.node_ray.get(lane),
+            start: self.start[half].get(place),
+            per_rate: self.per_rate[half].get(place),
+            after: self.after.get(lane),
+            before: self.before.get(lane),
+        }
     }
 
     #[inline(always)]
@@ -210,7 +238,7 @@ impl<I: Isa> Bundle<I> {
     }
 
     /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
-    /// of the stack.
+    /// of the stack. Or a node, if no more than `few` meet it.
     #[inline(always)]
     pub fn next_leaf<const ANY: bool>(
         &self,
@@ -218,6 +246,7 @@ impl<I: Isa> Bundle<I> {
         stack: &mut Vec<Entry>,
         base: usize,
         active: PacketMask<I>,
+        few: u32,
     ) -> Option<(Child, PacketMask<I>)> {
         while stack.len() > base {
             let Some(entry) = stack.pop() else { break };
@@ -233,7 +262,7 @@ impl<I: Isa> Bundle<I> {
             if !met.any() {
                 continue;
             }
-            if !entry.child.is_node() {
+            if !entry.child.is_node() || met.bits().count_ones() <= few {
                 return Some((entry.child, met));
             }
             self.visit_node::<ANY>(nodes, entry.child.number(), stack);

@@ -16,6 +16,7 @@ use crate::lanes::{Isa, Lanes, Mask, axes};
 const MARGIN: f32 = 1.0 / (1u32 << 18) as f32;
 
 /// Bounds of the rays of a packet in a tree's space, a copy in every lane.
+#[derive(Clone)]
 pub struct Frustum<L> {
     /// Rows of the planes through which the rays enter; any if they do not agree.
     enters: [usize; 3],

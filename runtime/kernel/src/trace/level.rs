@@ -1,12 +1,26 @@
 //! What traversal does at a level of instancing, whether of packets or of single rays.
 use crate::instance::Entrance;
 use crate::scalar::Scalar;
-use crate::scene::{Group, Prototype, Scene};
+use crate::scene::{Geometry, Group, Prototype, Scene};
 
 /// What an instance is of.
 pub(crate) enum Target<'s, F: Scalar> {
     Prototype(&'s Prototype<F>),
     Group(&'s Group),
+}
+
+impl<F: Scalar> Target<'_, F> {
+    /// Whether a packet is through with it as soon as one ray is.
+    #[inline(always)]
+    pub(crate) fn is_simple(&self) -> bool {
+        match self {
+            Target::Group(_) => false,
+            Target::Prototype(prototype) => match &prototype.geometry {
+                Geometry::Mesh(mesh) => mesh.blocks.len() <= 1,
+                Geometry::Shape(_) => true,
+            },
+        }
+    }
 }
 
 impl<F: Scalar> Scene<F> {

@@ -1,8 +1,10 @@
 //! Batches of rays through a scene.
 //!
-//! Consecutive rays that point and start alike go as packets of W, others one at a time. Either
-//! way each ray sees the same arithmetic from f64 on, ties go to the lowest leaf, and boxes are
-//! conservative: so answers do not depend on the batch, the instruction set or the order.
+//! Consecutive rays that point and start alike go as packets of W, until few of them are left
+//! together; others meet what is large together, then go one at a time. Either way each ray sees
+//! the same arithmetic from f64 on, ties go to the lowest leaf, and boxes are conservative: so
+//! answers do not depend on the batch, the instruction set or the order.
+mod best;
 mod bundle;
 mod columns;
 mod frustum;
@@ -113,19 +115,33 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
             };
             if bundled {
                 if A::ANY {
-                    packet.trace::<true>(&lanes);
+                    packet.trace::<true>(&lanes, &mut single);
                 } else {
-                    packet.trace::<false>(&lanes);
+                    packet.trace::<false>(&lanes, &mut single);
                 }
                 self.answers.set_packet(first, &lanes, &packet);
                 continue;
             }
             single.take(&lanes);
-            for lane in 0..lanes.len {
-                let nearest = if A::ANY {
-                    single.trace::<true>(lane)
+            let has_begun = if A::ANY {
+                packet.begin::<true>(&lanes, &mut single)
+            } else {
+                packet.begin::<false>(&lanes, &mut single)
+            };
+            self.answers.set_packet(first, &lanes, &packet);
+            let mut left = single.waiting() & packet.alive.bits();
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let nearest = if has_begun {
+                    packet.best.get(lane)
                 } else {
-                    single.trace::<false>(lane)
+                    Nearest::none(single.t_max(lane))
+                };
+                let nearest = if A::ANY {
+                    single.trace::<true>(lane, nearest)
+                } else {
+                    single.trace::<false>(lane, nearest)
                 };
                 self.answers
                     .set(first + lane, self.rays.t_min(first + lane), nearest);

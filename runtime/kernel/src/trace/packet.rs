@@ -1,15 +1,24 @@
 //! W coherent rays at a time.
-use super::bundle::{Bundle, Entry};
+use super::best::Best;
+use super::bundle::{Bundle, Entry, large_children};
 use super::columns::RayColumns;
 use super::level::Target;
 use super::precision::{Halves, PacketMask, Precision};
+use super::single::{self, Single};
+use crate::bvh::{Child, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, axes, halves};
+use crate::lanes::{Isa, Lanes, Mask, Task, axes, halves};
 use crate::scene::{Geometry, Group, Mesh, Scene, TriangleBlock};
 
-type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
+// As many rays as are faster one at a time, measured: in the tree of a group, in an instance of a
+// group, and in one of a mesh. With a shape a packet takes no longer than one ray.
+const FEW_AT_ONCE: u32 = 2;
+const FEW_IN_TREE: u32 = 1;
+const FEW_IN_GROUP: u32 = 8;
+const FEW_IN_MESH: u32 = 4;
 
 /// The rays in the space of a group on their way down.
+#[derive(Clone)]
 struct Level<'s, I: Isa> {
     rays: Halves<LevelRays<I::F64>>,
     bundle: Bundle<I>,
@@ -24,57 +33,51 @@ struct Level<'s, I: Isa> {
     stack_base: usize,
 }
 
-/// The nearest hits so far.
-pub struct Best<I: Isa> {
-    pub t: Halves<I::F64>,
-    /// Leaf numbers, which are exact in f64; −1 where nothing was hit.
-    pub leaf: Halves<I::F64>,
-    pub triangle: Halves<I::F64>,
+/// The children of the root that are large leaves of simple instances, as bits.
+fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
+    let root = &scene.groups[0];
+    let Some(node) = root.tree.nodes.first() else {
+        return 0;
+    };
+    let is_simple = |child: &Child| {
+        !child.is_node() && {
+            let block = &root.blocks[child.number() as usize];
+            let row = |item: &Child| root.start + item.number() as usize;
+            (block.instances[..block.len as usize].iter())
+                .all(|item| scene.target(row(item)).is_simple())
+        }
+    };
+    (0..WIDTH)
+        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_simple(&node.children[i]))
+        .fold(0, |leaves, i| leaves | 1 << i)
 }
 
-impl<I: Isa> Best<I> {
-    /// Takes the hits that are nearer, or as near and of a lower leaf or triangle; which these
-    /// were. With ANY only tells which are near enough.
-    #[inline(always)]
-    pub fn offer<const ANY: bool>(
-        &mut self,
-        hit: PacketMask<I>,
-        t: &Halves<I::F64>,
-        leaf: i64,
-        triangle: u32,
-    ) -> PacketMask<I> {
-        let hit = I::split(hit);
-        if ANY {
-            return I::join(hit.0 & t[0].lt(self.t[0]), hit.1 & t[1].lt(self.t[1]));
-        }
-        let leaf = I::F64::splat(leaf as f64);
-        let triangle = I::F64::splat(f64::from(triangle));
-        let low = self.offer_half(0, hit.0, t[0], leaf, triangle);
-        let high = self.offer_half(1, hit.1, t[1], leaf, triangle);
-        I::join(low, high)
-    }
+/// The task of [`Packet::part`], out of the way of packets that stay together.
+struct Part<'a, 's, I: Isa, F: Precision, const ANY: bool> {
+    packet: &'a mut Packet<'s, I, F>,
+    single: &'a mut Single<'s, I, F>,
+    level: &'a Level<'s, I>,
+    child: Child,
+    active: PacketMask<I>,
+}
+
+impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
+    type Output = ();
 
     #[inline(always)]
-    fn offer_half(
-        &mut self,
-        h: usize,
-        hit: F64Mask<I>,
-        t: I::F64,
-        leaf: I::F64,
-        triangle: I::F64,
-    ) -> F64Mask<I> {
-        let lower = leaf.lt(self.leaf[h]) | (leaf.eq(self.leaf[h]) & triangle.lt(self.triangle[h]));
-        let taken = hit & (t.lt(self.t[h]) | (t.eq(self.t[h]) & lower));
-        self.t[h] = I::F64::select(taken, t, self.t[h]);
-        self.leaf[h] = I::F64::select(taken, leaf, self.leaf[h]);
-        self.triangle[h] = I::F64::select(taken, triangle, self.triangle[h]);
-        taken
+    fn run<J: Isa>(self) {
+        self.packet
+            .part::<ANY>(self.single, self.level, self.child, self.active);
     }
 }
 
 /// Stacks, kept from packet to packet.
 pub(super) struct Packet<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
+    /// Which children of the root are large leaves of simple instances, as bits.
+    large: u32,
+    /// Whether the rays are; if not, they part as soon as they can.
+    coherent: bool,
     above: Vec<Level<'s, I>>,
     stack: Vec<Entry>,
     t_min: Halves<I::F64>,
@@ -92,6 +95,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let zero = [I::F64::zero(); 2];
         Packet {
             scene,
+            large: large_leaves::<I, F>(scene),
+            coherent: true,
             above: Vec::new(),
             stack: Vec::with_capacity(64),
             t_min: zero,
@@ -106,7 +111,54 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// Finds the nearest hits of valid rays; with ANY, whether there are any.
     #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, rays: &RayColumns<I>) {
+    pub fn trace<const ANY: bool>(&mut self, rays: &RayColumns<I>, single: &mut Single<'s, I, F>) {
+        self.load(rays);
+        self.coherent = true;
+        let level = self.enter::<ANY>(rays.level, &self.scene.groups[0], 0, self.alive);
+        self.descend::<ANY>(level, single);
+    }
+
+    /// Begins with rays that `single` has taken: finds the nearest hits of large leaves of the
+    /// root's tree and of unbounded instances, which many are likely to meet. Whether there are any.
+    #[inline(always)]
+    pub fn begin<const ANY: bool>(
+        &mut self,
+        rays: &RayColumns<I>,
+        single: &mut Single<'s, I, F>,
+    ) -> bool {
+        self.load(rays);
+        self.coherent = false;
+        let root = &self.scene.groups[0];
+        let valid = if root.unbounded.is_empty() {
+            0
+        } else {
+            rays.valid().bits()
+        };
+        for &offset in &root.unbounded {
+            self.stack.push(Entry::first(Child::item(offset), valid));
+        }
+        let mut large = self.large;
+        while large != 0 {
+            let i = large.trailing_zeros() as usize;
+            large &= large - 1;
+            let met = single.met(i);
+            if met.count_ones() > FEW_AT_ONCE {
+                single.pass(i);
+                self.stack
+                    .push(Entry::first(root.tree.nodes[0].children[i], met));
+            }
+        }
+        let has_begun = !self.stack.is_empty();
+        if has_begun {
+            let mut level = self.level(rays.level, root, 0, self.alive);
+            level.stack_base = 0;
+            self.descend::<ANY>(level, single);
+        }
+        has_begun
+    }
+
+    #[inline(always)]
+    fn load(&mut self, rays: &RayColumns<I>) {
         self.stack.clear();
         self.above.clear();
         self.t_min = rays.t_min;
@@ -116,14 +168,35 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             triangle: [I::F64::zero(); 2],
         };
         self.alive = Mask::first(rays.len);
-        let mut level = self.enter::<ANY>(rays.level, &self.scene.groups[0], 0, self.alive);
+    }
+
+    /// Visits what is on the stack, which is of that level.
+    #[inline(always)]
+    fn descend<const ANY: bool>(&mut self, mut level: Level<'s, I>, single: &mut Single<'s, I, F>) {
         loop {
             while let Some((child, active)) = level.bundle.next_leaf::<ANY>(
                 &level.group.tree.nodes,
                 &mut self.stack,
                 level.stack_base,
                 level.active & self.alive,
+                FEW_IN_TREE,
             ) {
+                if self.are_few(level.group, child, active) {
+                    I::call(Part::<'_, 's, I, F, ANY> {
+                        packet: self,
+                        single,
+                        level: &level.clone(),
+                        child,
+                        active,
+                    });
+                    if !ANY {
+                        level.bundle.restrict(&self.best.t, level.active);
+                    }
+                    if ANY && !self.alive.any() {
+                        return;
+                    }
+                    continue;
+                }
                 let number = child.number() as usize;
                 if !child.is_item() {
                     let block = &level.group.blocks[number];
@@ -158,6 +231,26 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         first_leaf: i64,
         active: PacketMask<I>,
     ) -> Level<'s, I> {
+        let level = self.level(rays, group, first_leaf, active);
+        if !group.tree.nodes.is_empty() {
+            (level.bundle).visit_node::<ANY>(&group.tree.nodes, 0, &mut self.stack);
+        }
+        for &offset in &group.unbounded {
+            let entry = Entry::first(Child::item(offset), u32::MAX);
+            self.stack.push(entry);
+        }
+        level
+    }
+
+    /// The rays in the space of a group, with nothing to visit yet.
+    #[inline(always)]
+    fn level(
+        &self,
+        rays: Halves<LevelRays<I::F64>>,
+        group: &'s Group,
+        first_leaf: i64,
+        active: PacketMask<I>,
+    ) -> Level<'s, I> {
         let space = group.tree.space;
         let [(low, low_slide), (high, high_slide)] =
             [rays[0].in_space(&space), rays[1].in_space(&space)];
@@ -176,13 +269,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             [&self.t_min, &self.best.t],
             active,
         );
-        let stack_base = self.stack.len();
-        if !group.tree.nodes.is_empty() {
-            bundle.visit_node::<ANY>(&group.tree.nodes, 0, &mut self.stack);
-        }
-        for &offset in &group.unbounded {
-            self.stack.push(Entry::unbounded(offset));
-        }
         Level {
             rays,
             bundle,
@@ -190,7 +276,59 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             group,
             first_leaf,
             active,
-            stack_base,
+            stack_base: self.stack.len(),
+        }
+    }
+
+    /// Whether so few rays come to a child of a group's tree that they better go on one at a time.
+    #[inline(always)]
+    fn are_few(&self, group: &Group, child: Child, active: PacketMask<I>) -> bool {
+        let rays = active.bits().count_ones();
+        if rays > FEW_IN_GROUP && self.coherent {
+            return false;
+        }
+        if !child.is_item() {
+            return rays <= FEW_IN_TREE;
+        }
+        let few = match self.scene.target(group.start + child.number() as usize) {
+            target if target.is_simple() => return false,
+            Target::Group(_) => FEW_IN_GROUP,
+            Target::Prototype(_) => FEW_IN_MESH,
+        };
+        rays <= few || !self.coherent
+    }
+
+    /// Lets a few rays go on one at a time with a child of the level's tree.
+    #[inline(always)]
+    fn part<const ANY: bool>(
+        &mut self,
+        single: &mut Single<'s, I, F>,
+        level: &Level<'s, I>,
+        child: Child,
+        active: PacketMask<I>,
+    ) {
+        let mut left = active.bits();
+        let mut hit = 0;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
+            let start = single::Level {
+                ray: level.rays[half].get(place),
+                tree_ray: level.bundle.tree_ray(lane, level.rounded),
+                group: level.group,
+                first_leaf: level.first_leaf,
+                stack_base: 0,
+            };
+            let before = self.best.get(lane);
+            let nearest = single.go_on::<ANY>(start, child, self.t_min[half].get(place), before);
+            if nearest != before {
+                hit |= 1 << lane;
+                self.best.set(lane, nearest);
+            }
+        }
+        if ANY {
+            self.alive = self.alive.and_not(Mask::from_bits(hit));
         }
     }
 
@@ -256,7 +394,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {
             let left = active & self.alive;
-            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left);
+            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left, 0);
             let Some((child, met)) = next else {
                 return all_taken;
             };

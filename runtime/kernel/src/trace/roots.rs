@@ -34,10 +34,8 @@ pub struct Roots {
     before: Column<f32>,
     /// Where rays enter the boxes of the root's children.
     near: [Column<f32>; WIDTH],
-    /// Which rays meet these, as bits.
-    met: [u32; WIDTH],
-    /// Rays that can hit anything at all, as bits.
-    valid: u32,
+    /// Which rays meet these, as bits, and can hit anything at all.
+    pub met: [u32; WIDTH],
 }
 
 #[inline(always)]
@@ -70,9 +68,12 @@ impl Roots {
             (rays.t_max[0] - start[0]) * per_rate[0],
             (rays.t_max[1] - start[1]) * per_rate[1],
         );
-        self.valid = rays.valid().bits();
         self.met = match root.tree.nodes.first() {
-            Some(node) => self.test::<I>(node, &NodeRay::new(origin, direction), after, before),
+            Some(node) => {
+                let valid = rays.valid().bits();
+                self.test::<I>(node, &NodeRay::new(origin, direction), after, before)
+                    .map(|met| met & valid)
+            }
             None => [0; WIDTH],
         };
         keep::<I>(&mut self.t_min, rays.t_min);
@@ -120,21 +121,15 @@ impl Roots {
         met
     }
 
-    /// Whether a ray can hit anything at all.
-    #[inline(always)]
-    pub fn is_valid(&self, ray: usize) -> bool {
-        self.valid >> ray & 1 != 0
-    }
-
     /// The bounds of a ray.
     #[inline(always)]
     pub fn interval(&self, ray: usize) -> [f64; 2] {
         [self.t_min[ray], self.t_max[ray]]
     }
 
-    /// Pushes the root's children that a ray meets; whether there are any.
+    /// Pushes the root's children that a ray meets.
     #[inline(always)]
-    pub fn push_met<const ANY: bool>(&self, ray: usize, root: &Group, stack: &mut Stack) -> bool {
+    pub fn push_met<const ANY: bool>(&self, ray: usize, root: &Group, stack: &mut Stack) {
         let mut met = 0;
         for (child, rays) in self.met.iter().enumerate() {
             met |= (rays >> ray & 1) << child;
@@ -146,7 +141,6 @@ impl Roots {
                 stack.push(nearest);
             }
         }
-        met != 0
     }
 
     /// A ray in the space of the root, and in that of its tree.

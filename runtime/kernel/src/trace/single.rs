@@ -108,14 +108,14 @@ impl<L: Lanes<Scalar = f32>> BoxLanes<L> {
 }
 
 /// The ray in the space of a group on its way down.
-struct Level<'s> {
-    ray: LevelRays<f64>,
-    tree_ray: TreeRay,
-    group: &'s Group,
+pub(super) struct Level<'s> {
+    pub ray: LevelRays<f64>,
+    pub tree_ray: TreeRay,
+    pub group: &'s Group,
     /// The number of the group's first leaf.
-    first_leaf: i64,
+    pub first_leaf: i64,
     /// Entries below belong to the levels above.
-    stack_base: usize,
+    pub stack_base: usize,
 }
 
 /// Stacks, kept from ray to ray.
@@ -149,35 +149,76 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         self.roots.take(rays, &self.scene.groups[0]);
     }
 
-    /// The nearest hit of a ray that was taken; with ANY, whichever is found first.
+    /// Of the rays that were taken, as bits, those that meet child `i` of the root.
     #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, ray: usize) -> Nearest {
+    pub fn met(&self, i: usize) -> u32 {
+        self.roots.met[i]
+    }
+
+    /// The greatest parameter of a ray that was taken.
+    #[inline(always)]
+    pub fn t_max(&self, ray: usize) -> f64 {
+        self.roots.interval(ray)[1]
+    }
+
+    /// Passes over child `i` of the root.
+    #[inline(always)]
+    pub fn pass(&mut self, i: usize) {
+        self.roots.met[i] = 0;
+    }
+
+    /// Of the rays that were taken, as bits, those that still meet something.
+    #[inline(always)]
+    pub fn waiting(&self) -> u32 {
+        self.roots.met.iter().fold(0, |all, met| all | met)
+    }
+
+    /// The nearest hit of a ray that was taken, which has one already, if any; with ANY, whichever
+    /// is found first.
+    #[inline(always)]
+    pub fn trace<const ANY: bool>(&mut self, ray: usize, nearest: Nearest) -> Nearest {
         let root = &self.scene.groups[0];
-        let [t_min, t_max] = self.roots.interval(ray);
-        self.t_min = t_min;
-        self.nearest = Nearest::none(t_max);
-        if !self.roots.is_valid(ray) {
-            return self.nearest;
-        }
+        self.t_min = self.roots.interval(ray)[0];
+        self.nearest = nearest;
         self.stack.clear();
-        let meets = self.roots.push_met::<ANY>(ray, root, &mut self.stack);
-        if !meets && root.unbounded.is_empty() {
-            return self.nearest;
+        self.roots.push_met::<ANY>(ray, root, &mut self.stack);
+        let (ray, mut tree_ray) = self.roots.ray(ray);
+        if nearest.leaf >= 0 {
+            tree_ray.restrict(nearest.t);
         }
-        for &offset in &root.unbounded {
-            self.stack.push(Child::item(offset));
-        }
-        let (ray, tree_ray) = self.roots.ray(ray);
-        // Levels stay in their places: what was just written in small parts is slow to copy.
-        let mut levels = std::mem::take(&mut self.levels);
-        levels.clear();
-        levels.push(Level {
+        self.descend::<ANY>(Level {
             ray,
             tree_ray,
             group: root,
             first_leaf: 0,
             stack_base: 0,
-        });
+        })
+    }
+
+    /// The nearest hit of a ray that has come to a level some other way: of `nearest`, and what
+    /// it meets below `child` of the group's tree; with ANY, whichever is found first.
+    #[inline(always)]
+    pub fn go_on<const ANY: bool>(
+        &mut self,
+        level: Level<'s>,
+        child: Child,
+        t_min: f64,
+        nearest: Nearest,
+    ) -> Nearest {
+        self.t_min = t_min;
+        self.nearest = nearest;
+        self.stack.clear();
+        self.stack.push(child);
+        self.descend::<ANY>(level)
+    }
+
+    /// Visits what is on the stack, which is of that level.
+    #[inline(always)]
+    fn descend<const ANY: bool>(&mut self, level: Level<'s>) -> Nearest {
+        // Levels stay in their places: what was just written in small parts is slow to copy.
+        let mut levels = std::mem::take(&mut self.levels);
+        levels.clear();
+        levels.push(level);
         while let Some(level) = levels.last_mut() {
             let Some(offset) = self.next_item::<ANY>(level) else {
                 levels.pop();

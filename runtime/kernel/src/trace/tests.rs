@@ -78,6 +78,25 @@ fn arrays(instances: &[Instance], unit: f64) -> SceneArrays {
     }
 }
 
+/// The instances, and twice a group of the same, turned and smaller.
+fn grouped(instances: &[Instance], unit: f64) -> SceneArrays {
+    let group = |angle: f64, place: [f64; 3]| Instance {
+        prototype: !1,
+        angle,
+        scale: [0.5, 0.7, 0.4],
+        place,
+    };
+    let mut all = instances.to_vec();
+    all.push(group(0.0, [2.0, 0.0, 1.0]));
+    all.push(group(1.0, [-1.0, 2.0, 0.0]));
+    let root = all.len() as i64;
+    all.extend_from_slice(instances);
+    SceneArrays {
+        group_ranges: vec![[0, root], [root, all.len() as i64]],
+        ..arrays(&all, unit)
+    }
+}
+
 fn scene<F: Precision>(arrays: SceneArrays, set: InstructionSet) -> Scene<F> {
     Scene::new(arrays, set).unwrap()
 }
@@ -155,6 +174,29 @@ fn check<F: Precision>(instances: &[Instance], unit: f64, rays: &[Ray]) {
     }
 }
 
+/// Whichever way rays go into groups, they find the same.
+fn check_groups<F: Precision>(instances: &[Instance], rays: &[Ray]) {
+    let lists = lists(rays);
+    let rays = lists.as_rays();
+    let alone = scene::<F>(grouped(instances, 1.0), InstructionSet::Portable);
+    let expected = found(&alone, rays, Bundling::Never);
+    for set in InstructionSet::available() {
+        let scene = scene::<F>(grouped(instances, 1.0), set);
+        for bundling in [Bundling::Never, Bundling::Always, Bundling::Coherent] {
+            let name = set.name();
+            assert_eq!(
+                found(&scene, rays, bundling),
+                expected,
+                "{name} {bundling:?}"
+            );
+            let mut occluded = vec![false; rays.len()];
+            scene.batch(rays, bundling, occluded.as_mut_slice());
+            let expected: Vec<bool> = expected.iter().map(|hit| hit.instance >= 0).collect();
+            assert_eq!(occluded, expected, "{name} {bundling:?}");
+        }
+    }
+}
+
 fn an_instance() -> impl Strategy<Value = Instance> {
     let scale = prop_oneof![4 => 0.1..2.0f64, 1 => -2.0..-0.1f64, 1 => Just(1e-5)];
     (
@@ -227,6 +269,8 @@ proptest! {
         let unit = crate::bvh::power_of_two(exponent);
         check::<f32>(&instances, unit, &scaled(&rays, unit));
         check::<f64>(&instances, unit, &scaled(&rays, unit));
+        check_groups::<f32>(&instances, &rays);
+        check_groups::<f64>(&instances, &rays);
     }
 
     #[test]
@@ -245,6 +289,8 @@ proptest! {
         }
         check::<f32>(&instances, 1.0, &rays);
         check::<f64>(&instances, 1.0, &rays);
+        check_groups::<f32>(&instances, &rays);
+        check_groups::<f64>(&instances, &rays);
     }
 }
 
