@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,11 +97,8 @@ class Branches:
     chains: list[Chain] = field(default_factory=list)
 
 
-class _Link(NamedTuple, Generic[T]):
-    """A list that shares its tail: outermost first."""
-
-    head: T
-    tail: _Link[T] | None
+_Link = tuple[T, "_Link[T] | None"]
+"""A list that shares its tail: the head, outermost first, and what follows."""
 
 
 class _Run(NamedTuple):
@@ -161,7 +158,7 @@ class _Compressor:
             segments = self.segments(leaf.number, None, node.origin)
             if leaf.size is None:
                 return _Run(leaf.number, segments=segments)
-            size = _Link(leaf.size, None)
+            size = (leaf.size, None)
             return _Run(leaf.number, size, len(leaf.size.steps), segments=segments)
         children = [runs[id(child)] for child in self.walk.children(node)]
         below = [run for run in children if run]
@@ -190,7 +187,7 @@ class _Compressor:
         if node.transform.steps:
             transform = node.transform if count is None else _first_lane(node.transform)
             length += len(transform.steps)
-            transforms = _Link(transform, transforms)
+            transforms = (transform, transforms)
         origin = node.origin
         if count == 1 and origin:
             index = int(node.indices[0]) if node.indices is not None else 0
@@ -205,7 +202,7 @@ class _Compressor:
         if origin is None or not (origin.label or (target >= 0 and below is None)):
             return below
         index = -1 if origin.index is None else origin.index
-        return _Link(Segment(self.origins.index(origin), index), below)
+        return (Segment(self.origins.index(origin), index), below)
 
     def edge(self, run: _Run) -> Edge:
         """The finished edge of a run that holds no batch."""
@@ -285,11 +282,13 @@ def _lanes(node: Node) -> int:
 
 def _items(link: _Link[T] | None) -> Iterable[T]:
     while link:
-        yield link.head
-        link = link.tail
+        head, link = link
+        yield head
 
 
 def _steps(transforms: _Link[Transform] | None) -> tuple[Step, ...]:
+    if transforms is not None and transforms[1] is None:
+        return transforms[0].steps
     outermost_first = list(_items(transforms))
     return tuple(step for transform in reversed(outermost_first) for step in transform.steps)
 

@@ -31,7 +31,7 @@ class Walk:
     def children(self, node: Node) -> tuple[Node, ...]:
         """The nodes right below `node`; a file's is what was read from it."""
         if isinstance(node, Instances):
-            return () if node.transform.count == 0 else (node.child,)
+            return (node.child,)
         if isinstance(node, Group):
             return node.items
         if isinstance(node, Bind):
@@ -62,12 +62,12 @@ def walk(root: Node, load: Load) -> Walk:
                 read[key] = content or _EMPTY
                 result.diagnostics += diagnostics
             result.contents[id(node)] = read[key]
-        children = result.children(node)
+        lanes = node.transform.count if isinstance(node, Instances) else None
+        children = result.children(node) if lanes != 0 else ()
         if not children:
             result.order.append(node)
             continue
-        lanes = (node.transform.count or 1) if isinstance(node, Instances) else 1
         for child in children:
-            result.references[id(child)] = result.references.get(id(child), 0) + lanes
+            result.references[id(child)] = result.references.get(id(child), 0) + (lanes or 1)
         stack += (node, None, *reversed(children))
     return result

@@ -9,7 +9,7 @@ from dsl.calls import Site, assign, call_builtin
 from dsl.diagnostics import Label
 from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
-from dsl.run import Run, Steps, Task
+from dsl.run import Run, Task
 from dsl.spans import Span
 from dsl.suffixes import field, file_member, item, movable, suffix_call
 from dsl.transforms import PLACE
@@ -40,7 +40,9 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
             raise Poisoned
         if type(suffix) is ast.Member and type(following) is ast.Call and type(value) is not File:
             next(suffixes)
-            given = yield from _values(run, following, scope)
+            given: list[Value] = []
+            while task := _argued(run, following, scope, given):
+                given.append((yield task))
             site = _site(run, suffix.name, node.span, following)
             builtin = PLACE.get(suffix.name)
             if builtin is not None and movable(value):
@@ -60,11 +62,16 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
         value, steps = _placed(run, value, steps, node.span), None
         match suffix:
             case ast.Call():
-                given = yield from _values(run, suffix, scope)
+                given = []
+                while task := _argued(run, suffix, scope, given):
+                    given.append((yield task))
                 span = node.span
                 if following is not None:
                     span = Span(span.source, span.start, suffix.span.end)
-                value = yield from _call(run, value, name, given, suffix, span)
+                if isinstance(value, Closure):
+                    value = yield from _call_closure(run, value, given, suffix, span)
+                else:
+                    value = _called(run, value, name, given, suffix, span)
             case ast.Member() if isinstance(value, File):
                 value, name = file_member(value, suffix), suffix.name
             case ast.Member():
@@ -89,39 +96,34 @@ def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) 
     return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
 
 
-def _values(run: Run, call: ast.Call, scope: Scope) -> Steps[list[Value]]:
-    """The values of a call's arguments."""
-    values: list[Value] = []
-    for argument in call.arguments:
+def _argued(run: Run, call: ast.Call, scope: Scope, given: list[Value]) -> Task | None:
+    """Add the values of a call's arguments to those that are known; or what the next one needs."""
+    for argument in call.arguments[len(given) :]:
         begun = run.begin(argument.value, scope)
-        values.append((yield begun) if type(begun) is GeneratorType else begun)
-    return values
+        if type(begun) is GeneratorType:
+            return begun
+        given.append(begun)
+    return None
 
 
 def _site(run: Run, name: str, span: Span, call: ast.Call) -> Site:
     return Site(name, span, run.files, call.arguments, run.lanes is not None)
 
 
-def _call(
+def _called(
     run: Run, value: Value, name: str, given: list[Value], call: ast.Call, span: Span
-) -> Task:
-    """The value of a call; `span` is the text from the start of the chain."""
-    match value:
-        case Builtin():
-            result = call_builtin(value, given, _site(run, name, span, call))
-            return run.made(result, span) if isinstance(result, scene.Node) else result
-        case Closure():
-            return (yield from _call_closure(run, value, given, call, span))
-        case _:
-            callee = Span(span.source, span.start, call.span.start)
-            raise Fault(
-                "type-not-callable",
-                f"{type_name(value)} cannot be called",
-                callee,
-                help="put a `,` between two items"
-                if _on_two_lines(callee)
-                else _instead_of_call(value),
-            )
+) -> Value:
+    """What a builtin gives; `span` is the text from the start of the chain."""
+    if isinstance(value, Builtin):
+        result = call_builtin(value, given, _site(run, name, span, call))
+        return run.made(result, span) if isinstance(result, scene.Node) else result
+    callee = Span(span.source, span.start, call.span.start)
+    raise Fault(
+        "type-not-callable",
+        f"{type_name(value)} cannot be called",
+        callee,
+        help="put a `,` between two items" if _on_two_lines(callee) else _instead_of_call(value),
+    )
 
 
 def _on_two_lines(callee: Span) -> bool:

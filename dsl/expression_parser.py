@@ -177,7 +177,9 @@ class ExpressionParser(TokenReader, ABC):
             self.advance()
             name, name_span = self.name(start), self.token_span(start)
         value = self.expression()
-        span = Span(self.source, self.starts[start], self.ends[self.position - 1])
+        span, first, last = value.span, self.starts[start], self.ends[self.position - 1]
+        if span.start != first or span.end != last:
+            span = Span(self.source, first, last)
         return ast.Argument(span, name, name_span, value)
 
     def primary(self) -> ast.Expression:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
 
-_OBJECTS = 1_000_000
+_OBJECTS = 2_000_000
 """So many more objects than were freed, of some 100 bytes each, are looked through at once."""
 _lock = Lock()
 _inside = 0

@@ -212,7 +212,8 @@ class _Resolver:
                 for suffix in node.suffixes:
                     if isinstance(suffix, ast.Call):
                         for argument in suffix.arguments:
-                            self.expression(argument.value, frame)
+                            if type(argument.value) not in _LITERALS:
+                                self.expression(argument.value, frame)
                     elif isinstance(suffix, ast.Index):
                         self.expression(suffix.index, frame)
             case ast.Block():

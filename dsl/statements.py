@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import PurePath
+from types import GeneratorType
 from typing import Any
 
 import numpy as np
@@ -158,7 +159,10 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
                 case ast.Param():
                     value = yield from _param(run, statement, scope)
                 case _:
-                    value = yield from _emitted(run, statement, scope, grouped)
+                    inside = scope if isinstance(statement, _EMITTING) else scope.inside()
+                    begun = run.begin(statement, inside)
+                    value = (yield begun) if type(begun) is GeneratorType else begun
+                    value = _emitted(run, value, statement, scope, grouped)
         except (Fault, Poisoned) as fault:
             run.record(fault)
         if isinstance(statement, _Evaluated):
@@ -224,13 +228,11 @@ def _use(run: Run, statement: ast.Use) -> Task:
     return file
 
 
-def _emitted(run: Run, statement: ast.Expression, scope: Scope, grouped: bool) -> Task:
-    """The value of an expression statement; in a group it must be a scene value."""
-    if isinstance(statement, (ast.If, ast.Block)):
-        # What they contain is emitted there, with the same index.
-        value = yield statement, scope
-    else:
-        value = yield statement, scope.inside()
+def _emitted(
+    run: Run, value: Value, statement: ast.Expression, scope: Scope, grouped: bool
+) -> Value:
+    """What an expression statement adds to a scene; in a group it must be a scene value."""
+    if not isinstance(statement, _EMITTING):
         if isinstance(value, Placeable):
             value = _labelled(run, value, statement, scope)
         if scope.index == EVERY and isinstance(value, scene.Node):
@@ -240,6 +242,10 @@ def _emitted(run: Run, statement: ast.Expression, scope: Scope, grouped: bool) -
     if grouped and not isinstance(value, InScene):
         raise no_scene_value(value, statement)
     return value
+
+
+_EMITTING = ast.If | ast.Block
+"""What emits what it contains, with the same index."""
 
 
 def _labelled(
