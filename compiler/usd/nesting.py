@@ -1,7 +1,8 @@
-"""How deep the text of layers nests: usd-core reads it by recursion, and crashes where that ends.
+"""How deep layers nest: usd-core reads their text by recursion, and crashes where that ends.
 
 Brackets are counted wherever they stand, in strings and comments too: what counts as too deep is
-far more than any text needs. Crate files are not looked at.
+far more than any text needs. Of crate files (`compiler.usd.crates`) values are looked at; layers
+that they name are not.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from typing import IO
 
 import numpy as np
 
+from compiler.usd import crates
+
 DEEPEST = 5000
 """Levels of brackets that are read; usd-core crashes at some tens of thousands."""
 
@@ -22,7 +25,7 @@ LAYERS = 10_000
 """Layers that are looked at."""
 
 _MAGIC = b"#usda"
-_SUFFIXES = (".usd", ".usda", ".usdz")
+_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 _BLOCK = 1 << 22
 _ASSET = re.compile(rb"@([^@\r\n]{1,4096})@")
 
@@ -32,7 +35,7 @@ _STEPS[list(b")]}")] = -1
 
 
 def too_deep(path: str) -> str | None:
-    """The first layer whose text is too deep to be read: a file, those it names, and so on.
+    """The first layer that is too deep to be read: a file, those its text names, and so on.
 
     All that a text names in a folder beside it, of other variants too, and all of a package.
     """
@@ -51,7 +54,7 @@ def too_deep(path: str) -> str | None:
 
 
 def nests_too_deep(path: str) -> bool:
-    """Whether a file is USD's text, or holds some, deeper than `DEEPEST`."""
+    """Whether a file is a layer, or holds one, that nests deeper than `DEEPEST`."""
     return _nests_too_deep(path, set())
 
 
@@ -60,14 +63,14 @@ def _nests_too_deep(path: str, named: set[bytes]) -> bool:
     try:
         if path.lower().endswith(".usdz"):
             with zipfile.ZipFile(path) as package:
-                return any(_is_deep(text, set()) for text in _texts(package))
+                return any(_is_deep(layer, set()) for layer in _layers(package))
         with Path(path).open("rb") as file:
             return _is_deep(file, named)
     except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError, RuntimeError):
         return False  # who opens it says so
 
 
-def _texts(package: zipfile.ZipFile) -> Iterator[IO[bytes]]:
+def _layers(package: zipfile.ZipFile) -> Iterator[IO[bytes]]:
     """The layers of a package; what is packed is not USD's, and may be a bomb."""
     for entry in package.infolist():
         if entry.compress_type == zipfile.ZIP_STORED and entry.filename.lower().endswith(_SUFFIXES):
@@ -76,8 +79,11 @@ def _texts(package: zipfile.ZipFile) -> Iterator[IO[bytes]]:
 
 
 def _is_deep(file: IO[bytes], named: set[bytes]) -> bool:
-    block = file.read(len(_MAGIC))
-    if block != _MAGIC:
+    block = file.read(len(crates.MAGIC))
+    file.seek(0)
+    if block == crates.MAGIC:
+        return crates.crate_nests_too_deep(file, DEEPEST)
+    if not block.startswith(_MAGIC):
         return False
     level = 0
     while block := file.read(_BLOCK):

@@ -32,9 +32,9 @@ def open_stage(path: str, options: StageOptions, report: Report) -> Any | None:
             report.add("usd-outside", message, help="put the file into the folder")
     deep = None if report.failed else too_deep(path)
     if deep is not None:
-        whose = "the stage's text" if deep == path else f"the text of layer `{Path(deep).name}`"
+        whose = "the stage" if deep == path else f"layer `{Path(deep).name}`"
         message = f"{whose} nests deeper than {DEEPEST} levels"
-        report.add("usd-open", message, help="nest fewer prims in each other")
+        report.add("usd-open", message, help="nest fewer prims or dictionaries in each other")
     mask = _mask(options, report)
     stage = None if report.failed else _composed(path, mask, options, report)
     if stage is None:

@@ -15,6 +15,7 @@ import pytest
 import ovolo
 from compiler.usd import import_stage
 from dsl.diagnostics import CompileError
+from tests.compiler.usd_stages.crate_files import DICTIONARY, UNREGISTERED, nested_values
 
 ORCHARD = Path(__file__).parents[3] / "examples" / "orchard.usda"
 NUMBERS = ("-1", "1e308", "nan", "inf", "0", "99999999999", "2147483647", "-0.0", "7")
@@ -89,3 +90,46 @@ def test_prims_beyond_a_thousand_levels_are_left_out(tmp_path: Path) -> None:
     assert (fault.code, fault.severity) == ("usd-unsupported", "warning")
     assert "1000 levels" in fault.message
     assert graph.root is not None
+
+
+@pytest.mark.parametrize("kind", [DICTIONARY, UNREGISTERED])
+def test_values_of_crates_that_nest_too_deep_are_refused(tmp_path: Path, kind: int) -> None:
+    # usd-core crashes at some 20 000 levels.
+    path = tmp_path / "deep.usdc"
+    path.write_bytes(nested_values(kind, 50_000))
+    _, found = import_stage(path)
+    assert [(d.code, d.message) for d in found] == [
+        ("usd-open", "the stage nests deeper than 5000 levels")
+    ]
+    package = tmp_path / "deep.usdz"
+    with zipfile.ZipFile(package, "w") as archive:
+        archive.write(path, "deep.usdc")
+    assert [d.message for d in import_stage(package)[1]] == [
+        "the stage nests deeper than 5000 levels"
+    ]
+    layer = tmp_path / "layer.usda"
+    layer.write_text("#usda 1.0\n(subLayers = [@deep.usdc@])\n")
+    assert [d.message for d in import_stage(layer)[1]] == [
+        "layer `deep.usdc` nests deeper than 5000 levels"
+    ]
+
+
+def test_values_of_crates_that_hold_themselves_or_less_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "deep.usdc"
+    path.write_bytes(nested_values(DICTIONARY, 3000))
+    assert {d.code for d in import_stage(path)[1]} == {"usd-composition"}  # the old version
+    cycle = tmp_path / "cycle.usdc"
+    cycle.write_bytes(nested_values(DICTIONARY, 6000, cycle=True))
+    assert "usd-open" in {d.code for d in import_stage(cycle)[1]}
+
+
+def test_many_small_dictionaries_of_a_crate_are_not_deep(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    path = tmp_path / "many.usdc"
+    stage = Usd.Stage.CreateNew(str(path))
+    for number in range(6000):
+        prim = stage.DefinePrim(f"/p{number}", "Xform")
+        prim.SetCustomData({"a": {"n": number, "b": {"s": str(number)}}})
+    stage.Save()
+    assert import_stage(path)[1] == []
