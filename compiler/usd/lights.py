@@ -63,7 +63,8 @@ def read_light(
         texture = clock.value(prim.GetAttribute("inputs:texture:file"))
         if texture is not None and texture.path:
             message = "`inputs:texture:file` of dome lights is not used; their colour is"
-            report.add("usd-light", message, path)
+            help = "set `inputs:color` to the mean of the texture"
+            report.add("usd-light", message, path, help)
         return Sky(emission, origin)
     if kind in _SURFACES:
         light = _surface(prim, _SURFACES[kind], emission, world_from_light, clock, origin)

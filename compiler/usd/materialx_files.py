@@ -83,7 +83,8 @@ def _read(layer: Any, asset: str, root: Path | None, report: Report) -> Any | No
     except Exception as error:
         raise _Failed(f"{error}".split("\n")[0]) from None
     if "<xi:include" in text:
-        report.add("usd-material", f"`{asset}` includes other files, which are not read")
+        message = f"`{asset}` includes other files, which are not read"
+        report.add("usd-material", message, help="put what they hold into the file")
     return material_layer(document, where, root, report)
 
 

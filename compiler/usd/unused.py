@@ -139,7 +139,8 @@ _READ: dict[str, set[str]] = {
         "ovolo:samples",
         "products",
     },
-    "RenderProduct": {*_FRAME, "productName", "productType"},
+    "RenderProduct": {*_FRAME, "orderedVars", "productName", "productType"},
+    "RenderVar": {"dataType", "sourceName", "sourceType"},
     "Sphere": {"radius"},
     "Mesh": {
         EXACT_POINTS,
@@ -215,6 +216,18 @@ _ELSEWHERE = (
 )
 """Namespaces that are read elsewhere, or that no picture depends on."""
 
+_GIVEN = {"Ci", "C", "Cd", "rgb", "rgba", "color", "a", "alpha", "z", "Z", "depth", "N", "normal"}
+"""Names of render vars that every .exr file has: colour, alpha, depth and normals."""
+
+_MENDS = {
+    "inputs:shaping:focusTint": "a light has one colour: `inputs:color`",
+    "inputs:shaping:ies": (
+        "shape the light by `shaping:cone:angle`, `shaping:cone:softness` and `shaping:focus`"
+    ),
+    "inputs:texture:file": "set `inputs:color` to the mean of the texture",
+}
+"""What to say instead, by the beginnings of names."""
+
 
 class Unused:
     """Reports what is authored and has no effect, prim by prim."""
@@ -237,6 +250,10 @@ class Unused:
             if known and not prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI):
                 self._report.add("usd-unused", f"`{kind}` prims are not used", prim.GetPath())
             return
+        if kind == "RenderVar" and self._clock.token(prim.GetAttribute("sourceName")) not in _GIVEN:
+            message = "a `RenderVar` of another `sourceName` is not rendered"
+            help = "an .exr file has `rgba`, `depth` and `normal`, and the numbers of instances"
+            self._report.add("usd-unused", message, prim.GetPath(), help)
         for name in self._meaningful(prim, kind, names):
             if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
                 continue
@@ -252,7 +269,8 @@ class Unused:
                 what = f"primvar `{name.removeprefix('primvars:')}`"
             else:
                 what = f"`{name}` of `{kind}` prims"
-            self._report.add("usd-unused", f"{what} is not used", prim.GetPath())
+            mend = next((_MENDS[begin] for begin in _MENDS if name.startswith(begin)), None)
+            self._report.add("usd-unused", f"{what} is not used", prim.GetPath(), mend)
 
     def _meaningful(self, prim: Any, kind: str, authored: list[str]) -> Iterable[str]:
         """What is authored and has a meaning by the prim's schemas, or is a primvar."""

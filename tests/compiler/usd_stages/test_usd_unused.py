@@ -71,7 +71,7 @@ READ = {
         "prototypes", "scales",
     },
     "Points": {"ids", "points", "widths"},
-    "RenderProduct": {*FRAME, "productName", "productType"},
+    "RenderProduct": {*FRAME, "orderedVars", "productName", "productType"},
     "RenderSettings": {*FRAME, "includedPurposes", "products"},
     "Scope": set(),
     "Shader": {"info:id", "info:implementationSource"},
@@ -269,3 +269,41 @@ def Xform "hidden" {
 }
 """)
     assert imported.diagnostics == []
+
+
+def test_what_is_not_used_names_what_can_be_said_instead(load: Callable[..., Any]) -> None:
+    imported = load("""
+def RectLight "panel" (prepend apiSchemas = ["ShapingAPI"])
+{
+    asset inputs:texture:file = @a.png@
+    asset inputs:shaping:ies:file = @a.ies@
+    color3f inputs:shaping:focusTint = (1, 0, 0)
+}
+def DomeLight "sky"
+{
+    asset inputs:texture:file = @sky.exr@
+}
+def RenderProduct "picture"
+{
+    rel orderedVars = [</color>, </depth>, </motion>]
+}
+def RenderVar "color"
+{
+    string sourceName = "Ci"
+}
+def RenderVar "depth"
+{
+    string sourceName = "depth"
+}
+def RenderVar "motion"
+{
+    string sourceName = "motion2d"
+}
+""")
+    said = {d.primary.place.prim: d.help for d in imported.diagnostics if "panel" not in d.message}
+    helps = [d.help for d in imported.diagnostics if d.primary.place.prim == "/panel"]
+    assert len(helps) == 3
+    assert all("`inputs:color`" in help or "`shaping:cone:angle`" in help for help in helps)
+    assert "`inputs:color`" in said["/sky"]
+    assert "`depth`" in said["/motion"]
+    assert set(said) == {"/panel", "/sky", "/motion"}
