@@ -104,7 +104,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         materials=material_table(shown),
         lights=light_table(lights.lights),
         cameras=cameras,
-        settings=settings_record(n for n in walked.order if isinstance(n, Settings)),
+        settings=settings_record(n for n in walked.order if type(n) is Settings),
         source_parent=table.sources.parent.astype(np.int32, copy=False),
         source_origin=renumbered(table.sources.origin, used_origins),
         source_index=table.sources.number.astype(np.int32, copy=False),

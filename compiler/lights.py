@@ -40,7 +40,7 @@ def place_lights(walk: Walk) -> PlacedLights:
     """Place all lights and cameras; for them no group is kept, and their number is limited."""
     nodes: list[Light | Camera] = []
     placed = PlacedLights()
-    if not any(type(node) in _PLACED for node in walk.order):
+    if _PLACED.isdisjoint(map(type, walk.order)):
         return placed
 
     def index(node: Node) -> Leaf | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import cast
 
 from dsl.diagnostics import Diagnostic
 from dsl.scene import Bind, File, Group, Instances, Node
@@ -50,7 +49,8 @@ def walk(root: Node, load: Load) -> Walk:
     while stack:
         node = stack.pop()
         if node is None:  # all below the next one is in order
-            result.order.append(cast("Node", stack.pop()))
+            if (above := stack.pop()) is not None:
+                result.order.append(above)
             continue
         if id(node) in entered:
             continue

@@ -336,10 +336,7 @@ def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Ste
 
 def stacked(values: Sequence[Any]) -> FloatArray:
     """The values of a step, `(k,)`, or `(n, k)`, column by column, where one of them has lanes."""
-    for value in values:
-        if isinstance(value, np.ndarray):
-            columns = np.empty((len(values), len(value)))
-            for column, each in zip(columns, values, strict=True):
-                column[:] = each
-            return columns.T
-    return np.array(values, dtype=np.float64)
+    try:
+        return np.array(values, dtype=np.float64).T
+    except ValueError:  # numbers beside arrays
+        return np.stack(np.broadcast_arrays(*values)).T

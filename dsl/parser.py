@@ -60,10 +60,11 @@ class _Parser(ExpressionParser):
 
     def statements(self, into: list[ast.Statement]) -> None:
         """Read statements up to a closing brace or the end."""
+        kinds = self.kinds
         while True:
-            while self.kind == "newline" or self.is_semicolon():
-                self.advance()
-            if self.kind in ("end", "}"):
+            while (kind := kinds[self.position]) == "newline" or self.is_semicolon():
+                self.position += 1
+            if kind in ("end", "}"):
                 return
             self.tainted = False
             nesting = self.nesting
@@ -76,7 +77,7 @@ class _Parser(ExpressionParser):
         statement: ast.Statement | None = None
         try:
             statement = self.statement()
-            if self.kind not in _ENDS and not self.is_semicolon():
+            if self.kinds[self.position] not in _ENDS and not self.is_semicolon():
                 self.end_of_statement_expected(statement)
         except SyntaxFault:
             self.recover(start)
@@ -94,7 +95,7 @@ class _Parser(ExpressionParser):
 
     def is_semicolon(self) -> bool:
         """Whether the current token ends a statement elsewhere; the first in a file is reported."""
-        if self.kind != "foreign" or self.token.value != ";":
+        if self.kinds[self.position] != "foreign" or self.token.value != ";":
             return False
         if not self.semicolon:
             self.semicolon = True
