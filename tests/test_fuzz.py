@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import programs
 from benchmarks.fuzz.__main__ import TARGETS, Case, Fuzzer
 
 
@@ -27,3 +28,16 @@ def test_the_fuzzer_finds_what_is_wrong(tmp_path: Path, monkeypatch: pytest.Monk
     cases = Fuzzer(20, tmp_path).cases(["formatter"])
     with pytest.raises(AssertionError):
         run_cases(cases, 100)
+
+
+def test_random_programs_that_fail_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = range(3, 12)
+    assert programs.run(3, numbers).failed == ()
+
+    def without_tori(*texts: str) -> None:
+        assert not any("torus" in text for text in texts)
+
+    monkeypatch.setattr(programs, "ways", without_tori)
+    told = [number for number, _, _ in programs.run(3, numbers).failed]
+    assert told == [number for number in numbers if "torus" in programs.texts_of(3, number)[0]]
+    assert told
