@@ -55,6 +55,7 @@ pub(super) fn build<F: Scalar>(
                 range,
                 &placed,
                 &outlines,
+                &prototypes,
             )),
         };
         group_hulls[index] = Hull::of_tree(&group.tree, &group.bounds, !group.unbounded.is_empty());
@@ -332,12 +333,29 @@ fn transformed(matrix: &Affine, center: [f64; 3], half: impl Fn(&[f64; 4]) -> f6
     bounds
 }
 
-fn group(
+/// See [`Group::dear`].
+fn are_dear<F: Scalar>(targets: &[i32], prototypes: &[Prototype<F>]) -> bool {
+    let mut dear = 0;
+    for &target in targets {
+        let Ok(prototype) = usize::try_from(target) else {
+            return false;
+        };
+        match &prototypes[prototype].geometry {
+            Geometry::Shape(shape) => dear += usize::from(shape.is_dear()),
+            Geometry::Mesh(mesh) if mesh.blocks.len() > 1 => return false,
+            Geometry::Mesh(_) => {}
+        }
+    }
+    4 * dear > 3 * targets.len()
+}
+
+fn group<F: Scalar>(
     arrays: &SceneArrays,
     leaf_counts: &[i64],
     range: std::ops::Range<usize>,
     placed: &[Placed],
     outlines: &Outlines,
+    prototypes: &[Prototype<F>],
 ) -> Group {
     let mut offsets = Vec::with_capacity(placed.len());
     let mut boxes = Vec::with_capacity(placed.len());
@@ -401,6 +419,7 @@ fn group(
         anchor: Anchor::around(unbounded.is_empty().then_some(&bounds)),
         unbounded,
         leaves_before,
+        dear: are_dear(targets, prototypes),
         bounds,
     }
 }

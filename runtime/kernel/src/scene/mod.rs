@@ -75,6 +75,9 @@ pub(crate) struct Group {
     pub unbounded: Vec<u32>,
     /// Leaves before each instance of the group; empty when they are the offset.
     pub leaves_before: Vec<i64>,
+    /// Nearly all instances are of shapes that take longer to intersect than to enter, none of
+    /// groups or large meshes: rays better stay together even if they are not coherent.
+    pub dear: bool,
     /// Around all bounded leaves.
     pub bounds: Bounds,
     pub anchor: Anchor,

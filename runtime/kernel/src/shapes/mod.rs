@@ -143,6 +143,22 @@ impl<F: Scalar> Shape<F> {
         self.bounds
     }
 
+    /// Whether intersecting one ray takes longer than bringing it here does.
+    pub fn is_dear(&self) -> bool {
+        matches!(
+            self.traced,
+            Solid::Cone(_)
+                | Solid::Torus(_)
+                | Solid::Ring(_)
+                | Solid::Wedge(_)
+                | Solid::BevelledBox(_)
+                | Solid::BevelledCylinder(_)
+                | Solid::BevelledCone(_)
+                | Solid::BevelledRing(_)
+                | Solid::BevelledWedge(_)
+        )
+    }
+
     /// For each active lane whether it hits with t_min < t < t_max, and the least such t; a ray
     /// that starts inside hits where it leaves. The ray is in shape space. t means nothing in the
     /// other lanes.

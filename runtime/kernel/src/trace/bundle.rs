@@ -23,6 +23,10 @@ pub struct Entry {
 /// then tested with the boxes of nodes too, not only with those of leaves.
 const NARROW: usize = 2;
 
+/// As many rays must meet a child of a node, on average, for rays that are not coherent to stay
+/// together.
+pub const SHARED: u32 = 4;
+
 impl Entry {
     const UNTESTED: u32 = u32::MAX;
 
@@ -209,6 +213,43 @@ impl<I: Isa> Bundle<I> {
         sort(&mut stack[base..]);
     }
 
+    /// Pushes the children of a node that rays in `active` meet, which are not coherent, the nearest
+    /// on top; none, and false, if they should part there.
+    #[inline(always)]
+    pub fn share_node(
+        &self,
+        nodes: &[Node],
+        index: u32,
+        active: PacketMask<I>,
+        stack: &mut Vec<Entry>,
+    ) -> bool {
+        let base = stack.len();
+        let mut rays = 0;
+        for (i, &child) in nodes[index as usize].children.iter().enumerate() {
+            if child.is_unused() {
+                break;
+            }
+            let (near, far) = self.interval(&nodes[index as usize], i);
+            let met = near.le(far) & active;
+            if met.any() {
+                rays += met.bits().count_ones();
+                stack.push(Entry {
+                    near: least(near, met),
+                    child,
+                    place: index * WIDTH as u32 + i as u32,
+                    rays: met.bits(),
+                });
+            }
+        }
+        let shared = rays >= SHARED * (stack.len() - base) as u32;
+        if shared {
+            sort(&mut stack[base..]);
+        } else {
+            stack.truncate(base);
+        }
+        shared
+    }
+
     /// Pushes the instances of a block that any of the rays in `active` may hit, the nearest on top.
     /// The rays are given by origin and direction in the tree's space.
     #[inline(always)]
@@ -238,7 +279,7 @@ impl<I: Isa> Bundle<I> {
     }
 
     /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
-    /// of the stack. Or a node, if no more than `few` meet it.
+    /// of the stack. Or a node whose rays should part.
     #[inline(always)]
     pub fn next_leaf<const ANY: bool>(
         &self,
@@ -246,7 +287,7 @@ impl<I: Isa> Bundle<I> {
         stack: &mut Vec<Entry>,
         base: usize,
         active: PacketMask<I>,
-        few: u32,
+        coherent: bool,
     ) -> Option<(Child, PacketMask<I>)> {
         while stack.len() > base {
             let Some(entry) = stack.pop() else { break };
@@ -262,10 +303,15 @@ impl<I: Isa> Bundle<I> {
             if !met.any() {
                 continue;
             }
-            if !entry.child.is_node() || met.bits().count_ones() <= few {
+            if !entry.child.is_node() {
                 return Some((entry.child, met));
             }
-            self.visit_node::<ANY>(nodes, entry.child.number(), stack);
+            let number = entry.child.number();
+            if coherent {
+                self.visit_node::<ANY>(nodes, number, stack);
+            } else if !self.share_node(nodes, number, met, stack) {
+                return Some((entry.child, met));
+            }
         }
         None
     }
@@ -273,6 +319,13 @@ impl<I: Isa> Bundle<I> {
     /// Which rays meet child `i` of a node.
     #[inline(always)]
     fn meets(&self, node: &Node, i: usize) -> PacketMask<I> {
+        let (near, far) = self.interval(node, i);
+        near.le(far)
+    }
+
+    /// Where rays enter and leave child `i` of a node; they do not unless near ≤ far.
+    #[inline(always)]
+    fn interval(&self, node: &Node, i: usize) -> (I::F32, I::F32) {
         let planes = &node.planes;
         let (entry, exit) = match self.frustum.agreed() {
             Some(rows) => (
@@ -291,7 +344,6 @@ impl<I: Isa> Bundle<I> {
                 )
             }
         };
-        let (near, far) = self.node_ray.interval(entry, exit, self.after, self.before);
-        near.le(far)
+        self.node_ray.interval(entry, exit, self.after, self.before)
     }
 }

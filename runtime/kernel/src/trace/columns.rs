@@ -143,14 +143,10 @@ impl<I: Isa> RayColumns<I> {
         I::join(low, high)
     }
 
-    /// Whether they are worth a packet: within a tenth of a turn or so of the first, and starting
-    /// within half of the scene, whose root has that space, of where it does. Rays that can hit
-    /// nothing at all are not: where any number is not finite or the direction is zero, a
-    /// difference is NaN.
+    /// Whether they can hit anything, and start within half of the scene, whose root has that space,
+    /// of where the first does.
     #[inline(always)]
-    pub fn are_coherent(&self, space: &NormalSpace) -> bool {
-        /// Largest difference of a direction's components, the largest component being one.
-        const DIRECTION_SPREAD: f32 = 0.5;
+    pub fn start_together(&self, space: &NormalSpace) -> bool {
         /// Largest difference of an origin's components in normalised space of the root.
         const ORIGIN_SPREAD: f64 = 1.0;
         let spread = I::F64::splat(ORIGIN_SPREAD / space.scale);
@@ -159,7 +155,18 @@ impl<I: Isa> RayColumns<I> {
             let [x, y, z] = axes!(|i| (self.level[h].origin[i] - first[i]).abs().le(spread));
             x & y & z & self.t_min[h].lt(self.t_max[h])
         });
-        if !(low & high).all() {
+        (low & high).all()
+    }
+
+    /// Whether they are worth a packet: within a tenth of a turn or so of the first, and starting
+    /// within half of the scene, whose root has that space, of where it does. Rays that can hit
+    /// nothing at all are not: where any number is not finite or the direction is zero, a
+    /// difference is NaN.
+    #[inline(always)]
+    pub fn are_coherent(&self, space: &NormalSpace) -> bool {
+        /// Largest difference of a direction's components, the largest component being one.
+        const DIRECTION_SPREAD: f32 = 0.5;
+        if !self.start_together(space) {
             return false;
         }
         let [low, high] = &self.level;

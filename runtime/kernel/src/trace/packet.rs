@@ -119,9 +119,36 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     }
 
     /// Begins with rays that `single` has taken: finds the nearest hits of large leaves of the
-    /// root's tree and of unbounded instances, which many are likely to meet. Whether there are any.
+    /// root's tree and of unbounded instances, which many are likely to meet; or of all, where that
+    /// pays. Whether there are any.
     #[inline(always)]
     pub fn begin<const ANY: bool>(
+        &mut self,
+        rays: &RayColumns<I>,
+        single: &mut Single<'s, I, F>,
+    ) -> bool {
+        // Out of the way of packets that are coherent.
+        struct Begin<'a, 's, I: Isa, F: Precision, const ANY: bool> {
+            packet: &'a mut Packet<'s, I, F>,
+            rays: &'a RayColumns<I>,
+            single: &'a mut Single<'s, I, F>,
+        }
+        impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
+            type Output = bool;
+            #[inline(always)]
+            fn run<J: Isa>(self) -> bool {
+                self.packet.begin_here::<ANY>(self.rays, self.single)
+            }
+        }
+        I::call(Begin::<'_, 's, I, F, ANY> {
+            packet: self,
+            rays,
+            single,
+        })
+    }
+
+    #[inline(always)]
+    fn begin_here<const ANY: bool>(
         &mut self,
         rays: &RayColumns<I>,
         single: &mut Single<'s, I, F>,
@@ -129,29 +156,34 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         self.load(rays);
         self.coherent = false;
         let root = &self.scene.groups[0];
-        let valid = if root.unbounded.is_empty() {
-            0
-        } else {
-            rays.valid().bits()
-        };
+        let together =
+            !ANY && root.dear && single.rays_share() && rays.start_together(&root.tree.space);
+        let valid = rays.valid();
         for &offset in &root.unbounded {
-            self.stack.push(Entry::first(Child::item(offset), valid));
+            self.stack
+                .push(Entry::first(Child::item(offset), valid.bits()));
         }
-        let mut large = self.large;
+        let mut large = if together { 0 } else { self.large };
         while large != 0 {
             let i = large.trailing_zeros() as usize;
             large &= large - 1;
             let met = single.met(i);
             if met.count_ones() > FEW_AT_ONCE {
-                single.pass(i);
+                single.pass(1 << i);
                 self.stack
                     .push(Entry::first(root.tree.nodes[0].children[i], met));
             }
         }
-        let has_begun = !self.stack.is_empty();
+        let has_begun = together || !self.stack.is_empty();
         if has_begun {
             let mut level = self.level(rays.level, root, 0, self.alive);
             level.stack_base = 0;
+            if together {
+                let (bundle, nodes) = (&level.bundle, &root.tree.nodes);
+                if bundle.share_node(nodes, 0, valid & self.alive, &mut self.stack) {
+                    single.pass(u32::MAX);
+                }
+            }
             self.descend::<ANY>(level, single);
         }
         has_begun
@@ -179,7 +211,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 &mut self.stack,
                 level.stack_base,
                 level.active & self.alive,
-                FEW_IN_TREE,
+                self.coherent,
             ) {
                 if self.are_few(level.group, child, active) {
                     I::call(Part::<'_, 's, I, F, ANY> {
@@ -288,7 +320,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             return false;
         }
         if !child.is_item() {
-            return rays <= FEW_IN_TREE;
+            return rays <= FEW_IN_TREE || child.is_node();
         }
         let few = match self.scene.target(group.start + child.number() as usize) {
             target if target.is_simple() => return false,
@@ -394,7 +426,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {
             let left = active & self.alive;
-            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left, 0);
+            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left, true);
             let Some((child, met)) = next else {
                 return all_taken;
             };

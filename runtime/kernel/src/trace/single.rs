@@ -1,5 +1,6 @@
 //! One ray at a time, against eight boxes at a time.
 use super::Nearest;
+use super::bundle::SHARED;
 use super::columns::RayColumns;
 use super::level::Target;
 use super::precision::{
@@ -161,10 +162,25 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         self.roots.interval(ray)[1]
     }
 
-    /// Passes over child `i` of the root.
+    /// Passes over these children of the root, given as bits.
     #[inline(always)]
-    pub fn pass(&mut self, i: usize) {
-        self.roots.met[i] = 0;
+    pub fn pass(&mut self, children: u32) {
+        for (i, met) in self.roots.met.iter_mut().enumerate() {
+            if children >> i & 1 != 0 {
+                *met = 0;
+            }
+        }
+    }
+
+    /// Whether the rays that were taken meet few children of the root for their number.
+    #[inline(always)]
+    pub fn rays_share(&self) -> bool {
+        let (mut rays, mut children) = (0, 0);
+        for met in self.roots.met {
+            rays += met.count_ones();
+            children += u32::from(met != 0);
+        }
+        children > 0 && rays >= SHARED * children
     }
 
     /// Of the rays that were taken, as bits, those that still meet something.

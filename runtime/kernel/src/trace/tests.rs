@@ -46,7 +46,7 @@ fn arrays(instances: &[Instance], unit: f64) -> SceneArrays {
     SceneArrays {
         prototype_kind: vec![0, 1, 11, 7],
         prototype_data: vec![0, 1, 0, 0],
-        shape_parameters: vec![1.0, -1.0, -0.5, -0.75, 1.0, 0.5, 0.75, 0.0],
+        shape_parameters: vec![1.0, -1.0, -0.5, -0.75, 1.0, 0.5, 0.75, 0.125],
         mesh_ranges: vec![[0, 5, 0, 6]],
         mesh_points: vec![
             [1.0, 0.0, -1.0],
@@ -246,6 +246,20 @@ fn coherent_rays(origin: [f64; 3], towards: [f64; 3], spread: f64) -> Vec<Ray> {
         .collect()
 }
 
+/// Rays from one point, and spheres made boxes, which rounded as they are take long to intersect.
+fn burst(instances: &[Instance], rays: &[Ray]) -> (Vec<Instance>, Vec<Ray>) {
+    let prototype = |of: i32| if of == SPHERE { BOX } else { of };
+    let instances = instances.iter().map(|instance| Instance {
+        prototype: prototype(instance.prototype),
+        ..instance.clone()
+    });
+    let rays = rays.iter().map(|ray| Ray {
+        origin: rays[0].origin,
+        ..*ray
+    });
+    (instances.collect(), rays.collect())
+}
+
 fn scaled(rays: &[Ray], unit: f64) -> Vec<Ray> {
     let scale = |v: [f64; 3]| v.map(|x| x * unit);
     rays.iter()
@@ -271,6 +285,9 @@ proptest! {
         check::<f64>(&instances, unit, &scaled(&rays, unit));
         check_groups::<f32>(&instances, &rays);
         check_groups::<f64>(&instances, &rays);
+        let (instances, rays) = burst(&instances, &rays);
+        check::<f32>(&instances, 1.0, &rays);
+        check::<f64>(&instances, 1.0, &rays);
     }
 
     #[test]
