@@ -35,9 +35,8 @@ def shapes(
         objects: Objects = chosen([make(row) for row in zip(*columns, strict=True)], place)
         return objects
     scales = stacked(unit[1])
-    largest = scales.max(axis=1)
-    if not ((scales > 0.0).all() and (largest >= SIZES[0]).all() and (largest <= SIZES[1]).all()):
-        raise Sequential
+    if not ((scales >= SIZES[0]) & (scales <= SIZES[1])).all():
+        raise Sequential  # some may not be valid
     child = scene.Shape(kind, unit[0], scene.Origin(span), sized=True)
     return Objects((Part(np.arange(count), child, sizes=scales),), count)
 

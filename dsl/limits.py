@@ -16,8 +16,8 @@ from dsl.scene import SHAPE_PARAMETERS, ShapeKind
 from dsl.values import format_number as number
 
 SIZES = (1e-100, 1e100)
-"""Between these is the largest length of a shape, and no coordinate is beyond: squares and products
-of three are then numbers."""
+"""Between these are what must be positive, and the largest length of a shape; no coordinate is
+beyond. So squares, and products of three, are numbers."""
 
 
 @value
@@ -153,8 +153,10 @@ def _below(value: float) -> str:
 
 def _broken_extent(kind: ShapeKind, p: dict[str, float]) -> Broken | None:
     def positive(name: str, help: str | None = None) -> Broken | None:
-        if p[name] > 0.0:
+        if p[name] >= SIZES[0]:
             return None
+        if p[name] > 0.0:
+            return _broken_size({name: p[name]})
         message = f"{name.replace('_', '.')} = {number(p[name])} is not greater than 0"
         return Broken("value-out-of-range", message, (name,), help)
 

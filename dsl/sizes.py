@@ -26,7 +26,7 @@ def unit_of(kind: ShapeKind, parameters: Sequence[Any]) -> Unit | None:
     """The unit of a valid shape; None for one that has none.
 
     Parameters may be arrays of one for each lane: then all lanes have the same unit, or None. Valid
-    are exactly the shapes whose scales are positive, the largest within `dsl.limits.SIZES`.
+    are the shapes whose scales are within `dsl.limits.SIZES`.
     """
     match kind, parameters:
         case ShapeKind.SPHERE | ShapeKind.DISC, (r,):

@@ -236,7 +236,7 @@ def test_a_hostile_program_wastes_its_budget_only(text: str, limit: str) -> None
         "triangle((-1e100, 0, 0), (1e100, 0, 0), (0, 1e100, 0))",
         "box(min: (-1e100, 0, 0), max: (1e100, 1, 1), bevel: 0.5)",
         "cone(radius: 1e100, height: 1e100)",
-        "cone(radius: 1e-300, height: 1e100, bevel: 1e-301)",
+        "cone(radius: 1e-100, height: 1e100, bevel: 1e-101)",
         "for i in 0..1e300, j in 0..0 { sphere() }",
         "sphere(radius: 1e-100).scale(1e-300).translate(1e300, 0, 0).rotate_x(1e300deg)",
         "wedge(r: 1e-9..1, y: 0..1, phi: -1e9deg..(-1e9deg + 359.999deg))",

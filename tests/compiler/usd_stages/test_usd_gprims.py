@@ -172,13 +172,19 @@ def test_what_has_no_size_is_reported(load: Callable[..., Any], text: str) -> No
 @pytest.mark.parametrize(
     "text",
     ['def Sphere "p" {\ndouble radius = 1e308\n}', 'def Cone "p" {\ndouble height = 1e-320\n}',
-     'def Capsule_1 "p" {\ndouble radiusTop = 1e308\n}',
-     'def OvoloTorus "p" {\ndouble minor = 1e-200\n}'],
+     'def Capsule_1 "p" {\ndouble radiusTop = 1e308\n}'],
 )  # fmt: skip
 def test_what_cannot_be_measured_is_reported(load: Callable[..., Any], text: str) -> None:
     imported = load(text)
     assert imported.leaves == []
     assert imported.said("draws nothing").primary.place.prim == "/p"
+
+
+@pytest.mark.parametrize("size", ["major = 1e200", "minor = 1e-200"])
+def test_what_the_language_cannot_measure_is_its_error(load: Callable[..., Any], size: str) -> None:
+    imported = load(f'def OvoloTorus "p" {{\ndouble {size}\n}}')
+    assert imported.leaves == []
+    assert imported.said("1e").code == "value-out-of-range"
 
 
 @pytest.mark.parametrize("value", ["double radius = nan", 'token radius = "big"'])
