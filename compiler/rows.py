@@ -122,7 +122,7 @@ def renumbered(numbers: Integers, used: Sequence[int] | Integers) -> NDArray[np.
     """Each number replaced by its place in `used`, in the same memory; negative ones stay."""
     used = np.asarray(used, dtype=np.int64)
     if (used == np.arange(len(used))).all():
-        return numbers.astype(np.int32)
+        return numbers.astype(np.int32, copy=False)
     place = np.zeros(int(used.max(initial=0)) + 1, dtype=np.int32)
     place[used] = np.arange(len(used))
     numbers = numbers.astype(np.int32, copy=False)
