@@ -121,7 +121,7 @@ class Meshes:
 
 
 def _shared_path(prim: Any) -> Sdf.Path:
-    """One path for all instances of a prim."""
+    """One path for all instances of a prim below their roots; those have values of their own."""
     if prim.IsInstanceProxy():
         return prim.GetPrimInPrototype().GetPath()
-    return prim.GetPrototype().GetPath() if prim.IsInstance() else prim.GetPath()
+    return prim.GetPath()

@@ -396,6 +396,23 @@ def Capsule "k" {
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 """,
+    "an instance that is a mesh of its own": """
+class Mesh "_m" {
+    uniform token subdivisionScheme = "none"
+    point3f[] points = [(0, 0, 0), (4, 0, 0), (4, 4, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+}
+def Mesh "a" (instanceable = true
+    inherits = </_m>) {
+    double xformOp:rotateX = 40
+    uniform token[] xformOpOrder = ["xformOp:rotateX"]
+}
+def Mesh "b" (instanceable = true
+    inherits = </_m>) {
+    point3f[] points = [(0, 0, 9), (4, 0, 9), (4, 8, 9)]
+}
+""",
     "a mesh of a class by reference": """
 def Mesh "m" (references = </_flat>) {
 }
