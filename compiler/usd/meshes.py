@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Sdf
+from pxr import Usd
 
 from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.clock import Clock
@@ -37,8 +37,8 @@ class Meshes:
         self._coarser = coarser
         self._skinning = skinning
         self._appearance = appearance
-        self._surfaces: dict[Sdf.Path, MeshSurface | None] = {}
-        self._parts: dict[tuple[Sdf.Path, bytes, tuple[str, ...]], list[Mesh]] = {}
+        self._surfaces: dict[Hashable, MeshSurface | None] = {}
+        self._parts: dict[tuple[Hashable, bytes, tuple[str, ...]], list[Mesh]] = {}
         self._primvars = Primvars(clock, report)
 
     def parts(
@@ -58,9 +58,9 @@ class Meshes:
         GeomSubset take the subset's binding, all others the mesh's, or else the display colour.
         """
         # Instances of one skinned mesh may be moved by different animations.
-        path = prim.GetPath() if skinned else _shared_path(prim)
-        if path not in self._surfaces:
-            self._surfaces[path] = read_mesh(
+        shared = prim.GetPath() if skinned else _shared(prim, names)
+        if shared not in self._surfaces:
+            self._surfaces[shared] = read_mesh(
                 prim,
                 names,
                 self._clock,
@@ -69,7 +69,7 @@ class Meshes:
                 self._coarser,
                 self._skinning if skinned else None,
             )
-        surface = self._surfaces[path]
+        surface = self._surfaces[shared]
         if surface is None:
             return []
         labels = np.zeros(surface.face_count, np.int64)
@@ -102,11 +102,11 @@ class Meshes:
         attributes = self._primvars.of_surface(prim, names, surface, [bound, *materials])
         named = tuple(attribute.name for attribute in attributes)
         if len(materials) == 1:
-            used, key = [0], (path, b"", named)
+            used, key = [0], (shared, b"", named)
         else:
             of_triangle = labels[surface.faces]
             used = np.unique(of_triangle).tolist()
-            key = (path, of_triangle.tobytes() if len(used) > 1 else b"", named)
+            key = (shared, of_triangle.tobytes() if len(used) > 1 else b"", named)
         if key not in self._parts:
             chosen = [None] if len(used) == 1 else [np.flatnonzero(of_triangle == u) for u in used]
             self._parts[key] = [surface.part(part, attributes) for part in chosen]
@@ -120,8 +120,17 @@ class Meshes:
             self._report.add("usd-material", message, subset.GetPath())
 
 
-def _shared_path(prim: Any) -> Sdf.Path:
-    """One path for all instances of a prim below their roots; those have values of their own."""
+def _shared(prim: Any, names: Collection[str]) -> Hashable:
+    """The same for all instances of a prim, and for roots of instances that say the same."""
+    path: Hashable = prim.GetPath()
     if prim.IsInstanceProxy():
-        return prim.GetPrimInPrototype().GetPath()
-    return prim.GetPath()
+        path = prim.GetPrimInPrototype().GetPath()
+    if not prim.IsInstance():
+        return path
+    said: list[Hashable] = []
+    for name in names:
+        attribute = prim.GetAttribute(name)
+        if attribute and not name.startswith("xformOp"):
+            stack = attribute.GetPropertyStackWithLayerOffsets(Usd.TimeCode.Default())
+            said += [(spec.layer, spec.path, late.offset, late.scale) for spec, late in stack[:1]]
+    return (prim.GetPrototype().GetPath(), *said)

@@ -534,3 +534,31 @@ def test_very_many_colours_are_rounded(tmp_path: Path) -> None:
     drawn = scene.ir.materials["diffuse"][scene.ir.instance_material]
     assert np.abs(np.sqrt(drawn) - np.sqrt(colors)).max() < 0.5 / 15 + 1e-6
     assert any("20000 colours are drawn in rounded ones" in d.message for d in scene.warnings)
+
+
+def test_instances_that_are_meshes_share_what_they_do_not_say_themselves(tmp_path: Path) -> None:
+    path = tmp_path / "stage.usda"
+    path.write_text(
+        """#usda 1.0
+class Mesh "_m" {
+    uniform token subdivisionScheme = "none"
+    point3f[] points = [(0, 0, 0), (4, 0, 0), (4, 4, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+}
+"""
+        + "".join(
+            f"""def Mesh "m{number}" (instanceable = true
+    inherits = </_m>) {{
+    double3 xformOp:translate = (0, {number}, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    {"point3f[] points = [(0, 0, 0), (9, 0, 0), (4, 4, 0)]" if number == 3 else ""}
+}}
+"""
+            for number in range(5)
+        )
+    )
+    ir = compile_path(path).ir
+    targets = ir.instance_target.tolist()
+    assert len(set(targets)) == 2
+    assert targets.count(targets[3]) == 1
