@@ -281,13 +281,12 @@ impl<I: Isa> Bundle<I> {
     /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
     /// of the stack. Or a node whose rays should part.
     #[inline(always)]
-    pub fn next_leaf<const ANY: bool>(
+    pub fn next_leaf<const ANY: bool, const COHERENT: bool>(
         &self,
         nodes: &[Node],
         stack: &mut Vec<Entry>,
         base: usize,
         active: PacketMask<I>,
-        coherent: bool,
     ) -> Option<(Child, PacketMask<I>)> {
         while stack.len() > base {
             let Some(entry) = stack.pop() else { break };
@@ -307,7 +306,7 @@ impl<I: Isa> Bundle<I> {
                 return Some((entry.child, met));
             }
             let number = entry.child.number();
-            if coherent {
+            if COHERENT {
                 self.visit_node::<ANY>(nodes, number, stack);
             } else if !self.share_node(nodes, number, met, stack) {
                 return Some((entry.child, met));

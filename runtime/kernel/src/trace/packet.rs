@@ -76,8 +76,6 @@ pub(super) struct Packet<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
     /// Which children of the root are large leaves of simple instances, as bits.
     large: u32,
-    /// Whether the rays are; if not, they part as soon as they can.
-    coherent: bool,
     above: Vec<Level<'s, I>>,
     stack: Vec<Entry>,
     t_min: Halves<I::F64>,
@@ -96,7 +94,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         Packet {
             scene,
             large: large_leaves::<I, F>(scene),
-            coherent: true,
             above: Vec::new(),
             stack: Vec::with_capacity(64),
             t_min: zero,
@@ -113,9 +110,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     #[inline(always)]
     pub fn trace<const ANY: bool>(&mut self, rays: &RayColumns<I>, single: &mut Single<'s, I, F>) {
         self.load(rays);
-        self.coherent = true;
         let level = self.enter::<ANY>(rays.level, &self.scene.groups[0], 0, self.alive);
-        self.descend::<ANY>(level, single);
+        self.descend::<ANY, true>(level, single);
     }
 
     /// Begins with rays that `single` has taken: finds the nearest hits of large leaves of the
@@ -154,7 +150,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         single: &mut Single<'s, I, F>,
     ) -> bool {
         self.load(rays);
-        self.coherent = false;
         let root = &self.scene.groups[0];
         let together =
             !ANY && root.dear && single.rays_share() && rays.start_together(&root.tree.space);
@@ -184,7 +179,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                     single.pass(u32::MAX);
                 }
             }
-            self.descend::<ANY>(level, single);
+            self.descend::<ANY, false>(level, single);
         }
         has_begun
     }
@@ -202,18 +197,22 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         self.alive = Mask::first(rays.len);
     }
 
-    /// Visits what is on the stack, which is of that level.
+    /// Visits what is on the stack, which is of that level. Rays that are not coherent part as soon
+    /// as they can.
     #[inline(always)]
-    fn descend<const ANY: bool>(&mut self, mut level: Level<'s, I>, single: &mut Single<'s, I, F>) {
+    fn descend<const ANY: bool, const COHERENT: bool>(
+        &mut self,
+        mut level: Level<'s, I>,
+        single: &mut Single<'s, I, F>,
+    ) {
         loop {
-            while let Some((child, active)) = level.bundle.next_leaf::<ANY>(
+            while let Some((child, active)) = level.bundle.next_leaf::<ANY, COHERENT>(
                 &level.group.tree.nodes,
                 &mut self.stack,
                 level.stack_base,
                 level.active & self.alive,
-                self.coherent,
             ) {
-                if self.are_few(level.group, child, active) {
+                if self.are_few::<COHERENT>(level.group, child, active) {
                     I::call(Part::<'_, 's, I, F, ANY> {
                         packet: self,
                         single,
@@ -314,9 +313,14 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// Whether so few rays come to a child of a group's tree that they better go on one at a time.
     #[inline(always)]
-    fn are_few(&self, group: &Group, child: Child, active: PacketMask<I>) -> bool {
+    fn are_few<const COHERENT: bool>(
+        &self,
+        group: &Group,
+        child: Child,
+        active: PacketMask<I>,
+    ) -> bool {
         let rays = active.bits().count_ones();
-        if rays > FEW_IN_GROUP && self.coherent {
+        if rays > FEW_IN_GROUP && COHERENT {
             return false;
         }
         if !child.is_item() {
@@ -327,7 +331,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             Target::Group(_) => FEW_IN_GROUP,
             Target::Prototype(_) => FEW_IN_MESH,
         };
-        rays <= few || !self.coherent
+        rays <= few || !COHERENT
     }
 
     /// Lets a few rays go on one at a time with a child of the level's tree.
@@ -426,7 +430,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {
             let left = active & self.alive;
-            let next = bundle.next_leaf::<false>(nodes, &mut self.stack, stack_base, left, true);
+            let next = bundle.next_leaf::<false, true>(nodes, &mut self.stack, stack_base, left);
             let Some((child, met)) = next else {
                 return all_taken;
             };
