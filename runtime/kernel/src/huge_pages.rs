@@ -8,13 +8,32 @@
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let room = Vec::<T>::with_capacity(capacity);
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    ask_for(room.as_ptr().addr(), room.capacity() * size_of::<T>());
+    // When it is first touched; at once where the allocator had it in use before.
+    let advices = [libc::MADV_HUGEPAGE, libc::MADV_COLLAPSE];
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    advise(
+        room.as_ptr().addr(),
+        room.capacity() * size_of::<T>(),
+        &advices,
+    );
     room
 }
 
-/// Asks for memory that nobody reads before it is written. Whether it helps or not is not told.
+/// A vector of so many zeros, of which large ones take memory when they are first touched.
+pub fn zeros<T: Clone + Default>(count: usize) -> Vec<T> {
+    let zeros = vec![T::default(); count];
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    advise(
+        zeros.as_ptr().addr(),
+        count * size_of::<T>(),
+        &[libc::MADV_HUGEPAGE],
+    );
+    zeros
+}
+
+/// Advises of the huge pages that lie within some memory. Whether it helps or not is not told.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
-fn ask_for(start: usize, len: usize) {
+fn advise(start: usize, len: usize, advices: &[i32]) {
     /// The size on most processors.
     const HUGE_PAGE: usize = 2 << 20;
     let first = start.next_multiple_of(HUGE_PAGE);
@@ -22,10 +41,9 @@ fn ask_for(start: usize, len: usize) {
     if first >= end {
         return;
     }
-    // When it is first touched; at once where the allocator had it in use before.
-    for advice in [libc::MADV_HUGEPAGE, libc::MADV_COLLAPSE] {
-        // SAFETY: the bytes are all of one allocation that is ours, and neither advice changes
-        // them.
+    for &advice in advices {
+        // SAFETY: the bytes are all of one allocation that is ours, and none of the advices given
+        // here changes them.
         unsafe { libc::madvise(first as *mut _, end - first, advice) };
     }
 }

@@ -72,7 +72,7 @@ impl Direct {
             };
             if samples.hits.instance[index] < 0 {
                 if let Some(background) = frame.lights.background {
-                    samples.radiance[slot] += background * throughput;
+                    samples.add(slot, background * throughput);
                     samples.alpha[slot] = 1.0;
                 }
                 continue;
@@ -93,7 +93,7 @@ impl Direct {
                 samples.note(slot, depth, index);
                 let weight = throughput * opacity;
                 if material.emission != Vec3::ZERO {
-                    samples.radiance[slot] += material.emission * weight;
+                    samples.add(slot, material.emission * weight);
                 }
                 samples.alpha[slot] += weight;
                 let mut number = number;

@@ -1,5 +1,6 @@
 //! The picture: accumulated pixels and what lies first behind them.
-use super::tile::{SIZE, Tile};
+use super::tile::{BLOCK, SIZE, Tile};
+use crate::huge_pages;
 use std::sync::Mutex;
 
 /// A finished picture; row 0 is the top, arrays are row by row.
@@ -15,7 +16,7 @@ pub struct Film {
     pub rays: u64,
 }
 
-/// The images of a film, or of a part of it.
+/// The images of a film.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     /// Linear red, green, blue, premultiplied by the fourth, the coverage: 4 per pixel.
@@ -35,11 +36,11 @@ impl Layers {
     pub fn new(count: usize) -> Layers {
         // The system gives zeros away: who renders a pixel is the first to touch it.
         Layers {
-            color: vec![0.0; 4 * count],
-            error: vec![0.0; count],
-            depth: vec![0.0; count],
-            normal: vec![0.0; 3 * count],
-            instance: vec![0; count],
+            color: huge_pages::zeros(4 * count),
+            error: huge_pages::zeros(count),
+            depth: huge_pages::zeros(count),
+            normal: huge_pages::zeros(3 * count),
+            instance: huge_pages::zeros(count),
         }
     }
 }
@@ -95,23 +96,79 @@ impl Film {
     }
 }
 
-impl Band<'_> {
-    /// Puts a finished tile of this band, row by row, in its place.
-    pub fn insert(&mut self, tile: &Tile, layers: &Layers) {
-        let columns = tile.width as usize;
-        for row in 0..tile.height as usize {
-            let from = row * columns;
-            let to = row * self.width + tile.x as usize;
-            copy(self.color, &layers.color, 4, to, from, columns);
-            copy(self.error, &layers.error, 1, to, from, columns);
-            copy(self.depth, &layers.depth, 1, to, from, columns);
-            copy(self.normal, &layers.normal, 3, to, from, columns);
-            copy(self.instance, &layers.instance, 1, to, from, columns);
+/// Pixels of a tile in its order, an array for each number; see [`Layers`].
+#[derive(Default)]
+pub struct Columns {
+    /// [`Layers::color`], by component.
+    pub color: [Vec<f32>; 4],
+    /// [`Layers::error`].
+    pub error: Vec<f32>,
+    /// [`Layers::depth`].
+    pub depth: Vec<f32>,
+    /// [`Layers::normal`], by coordinate.
+    pub normal: [Vec<f32>; 3],
+    /// [`Layers::instance`].
+    pub instance: Vec<i64>,
+}
+
+impl Columns {
+    /// Makes the arrays at least that long.
+    pub fn make_room(&mut self, len: usize) {
+        if self.instance.len() < len {
+            for column in self.color.iter_mut().chain(&mut self.normal) {
+                column.resize(len, 0.0);
+            }
+            self.error.resize(len, 0.0);
+            self.depth.resize(len, 0.0);
+            self.instance.resize(len, -1);
         }
     }
 }
 
-/// Copies `count` pixels of `size` numbers.
-fn copy<T: Copy>(to: &mut [T], from: &[T], size: usize, at: usize, start: usize, count: usize) {
-    to[at * size..(at + count) * size].copy_from_slice(&from[start * size..(start + count) * size]);
+impl Band<'_> {
+    /// Puts a finished tile of this band in its place.
+    #[inline(always)]
+    pub fn insert(&mut self, tile: &Tile, pixels: &Columns) {
+        const RUN: usize = BLOCK as usize;
+        let mut from = 0;
+        tile.for_each_run(|x, y, len| {
+            let to = y as usize * self.width + (tile.x + x) as usize;
+            let len = len as usize;
+            if len == RUN {
+                self.put::<RUN>(to, pixels, from);
+            } else {
+                for i in 0..len {
+                    self.put::<1>(to + i, pixels, from + i);
+                }
+            }
+            from += len;
+        });
+    }
+
+    /// Puts N pixels from number `from` on in their place.
+    #[inline(always)]
+    fn put<const N: usize>(&mut self, to: usize, pixels: &Columns, from: usize) {
+        interleave::<_, 4, N>(&mut self.color[4 * to..], &pixels.color, from);
+        interleave::<_, 3, N>(&mut self.normal[3 * to..], &pixels.normal, from);
+        self.error[to..to + N].copy_from_slice(&pixels.error[from..from + N]);
+        self.depth[to..to + N].copy_from_slice(&pixels.depth[from..from + N]);
+        self.instance[to..to + N].copy_from_slice(&pixels.instance[from..from + N]);
+    }
+}
+
+/// Writes N rows of columns, from row number `from` on.
+#[inline(always)]
+fn interleave<T: Copy + Default, const C: usize, const N: usize>(
+    to: &mut [T],
+    columns: &[Vec<T>; C],
+    from: usize,
+) {
+    let mut rows = [[T::default(); C]; N];
+    for (c, column) in columns.iter().enumerate() {
+        let column = &column[from..from + N];
+        for (row, &number) in rows.iter_mut().zip(column) {
+            row[c] = number;
+        }
+    }
+    to[..C * N].copy_from_slice(rows.as_flattened());
 }

@@ -2,7 +2,7 @@
 use super::camera::View;
 use super::detail::Detail;
 use super::direct::Direct;
-use super::film::Layers;
+use super::film::Band;
 use super::light::Lights;
 use super::material::Material;
 use super::occlusion::Occlusion;
@@ -14,6 +14,7 @@ use super::{Integrator, Picture};
 use crate::lanes::{Isa, Task, dispatch};
 use crate::ray::{Hit, Hits, Trace};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// The task, the same for all threads.
 pub struct Frame<'a> {
@@ -76,33 +77,36 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Renders a tile; None if the render is cancelled.
-    pub fn render(&mut self, frame: &Frame, tile: &Tile) -> Option<&Layers> {
+    /// Renders a tile into its band; false if the render is cancelled.
+    pub fn render(&mut self, frame: &Frame, tile: &Tile, band: &Mutex<Band>) -> bool {
         let task = Render {
             worker: self,
             frame,
             tile,
+            band,
         };
         dispatch(frame.picture.set, task)
     }
 }
 
 /// [`Worker::render`], compiled for the set.
-struct Render<'w, 'f> {
-    worker: &'w mut Worker,
-    frame: &'f Frame<'f>,
-    tile: &'f Tile,
+struct Render<'a, 'b> {
+    worker: &'a mut Worker,
+    frame: &'a Frame<'a>,
+    tile: &'a Tile,
+    band: &'a Mutex<Band<'b>>,
 }
 
-impl<'w> Task for Render<'w, '_> {
-    type Output = Option<&'w Layers>;
+impl Task for Render<'_, '_> {
+    type Output = bool;
 
     #[inline(always)]
-    fn run<I: Isa>(self) -> Option<&'w Layers> {
+    fn run<I: Isa>(self) -> bool {
         let Render {
             worker,
             frame,
             tile,
+            band,
         } = self;
         let picture = frame.picture;
         let samples = &mut worker.samples;
@@ -127,13 +131,16 @@ impl<'w> Task for Render<'w, '_> {
                 Integrator::Ids => samples.show(|hit| id_color(hit.instance)),
             }
             if frame.is_cancelled() {
-                return None;
+                return false;
             }
-            samples.accumulate();
-            let seen = samples.radiance.len() as u64;
+            samples.accumulate::<I>();
+            let seen = samples.len() as u64;
             frame.samples.fetch_add(seen, Ordering::Relaxed);
         }
-        Some(samples.finish(per_pixel))
+        let pixels = samples.finish::<I>(per_pixel);
+        let mut band = band.lock().unwrap_or_else(PoisonError::into_inner);
+        band.insert(tile, pixels);
+        true
     }
 }
 

@@ -17,6 +17,7 @@ pub mod light;
 pub mod material;
 mod occlusion;
 mod order;
+mod pixels;
 pub(crate) mod rays;
 pub mod sampler;
 mod samples;
@@ -35,7 +36,6 @@ use film::Film;
 use frame::{Frame, Worker};
 use light::Lights;
 use material::Material;
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -180,13 +180,9 @@ pub fn render(
                         break;
                     }
                     let tile = Tile::new(index, width, height);
-                    let Some(layers) = worker.render(frame, &tile) else {
+                    if !worker.render(frame, &tile, &bands[tile.band()]) {
                         break;
-                    };
-                    bands[tile.band()]
-                        .lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .insert(&tile, layers);
+                    }
                 }
             });
         }

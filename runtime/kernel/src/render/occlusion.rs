@@ -47,7 +47,7 @@ impl Occlusion {
         for slot in 0..samples.hits.len() {
             samples.alpha[slot] = 1.0;
             if samples.hits.instance[slot] < 0 {
-                samples.radiance[slot] = Vec3::ONE;
+                samples.add(slot, Vec3::ONE);
             } else {
                 samples.note(slot, samples.hits.t[slot], slot);
                 self.vertices.push(slot, slot, 0, 1.0);
@@ -69,7 +69,8 @@ impl Occlusion {
             }
         }
         for (&slot, &open) in self.vertices.slots.iter().zip(&self.open) {
-            samples.radiance[slot as usize] = Vec3::ONE * (f64::from(open) / f64::from(count));
+            let open = f64::from(open) / f64::from(count);
+            samples.add(slot as usize, Vec3::ONE * open);
         }
     }
 

@@ -146,7 +146,7 @@ impl Shadows {
     /// Adds light to the sample of number `i` of the batch.
     #[inline(always)]
     fn arrive(&self, i: usize, samples: &mut Samples) {
-        samples.radiance[self.slots[i] as usize] += Vec3::load(&self.light, i);
+        samples.add(self.slots[i] as usize, Vec3::load(&self.light, i));
     }
 
     /// Traces the rays and adds what arrives to the samples.

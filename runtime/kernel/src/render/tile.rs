@@ -17,7 +17,7 @@ pub struct Tile {
 pub const SIZE: u32 = 16;
 
 /// Columns and rows of the blocks whose rays follow each other: as many as the widest packet.
-const BLOCK: u32 = 4;
+pub const BLOCK: u32 = 4;
 
 impl Tile {
     /// How many tiles a picture has.
@@ -45,14 +45,14 @@ impl Tile {
         (self.y / SIZE) as usize
     }
 
-    /// Visits column and row, within the tile, of its pixels: block by block.
-    pub fn for_each_pixel(&self, mut visit: impl FnMut(u32, u32)) {
+    /// Visits the rows of its blocks, block by block, by column, row and length within the tile.
+    /// Pixels are numbered in this order.
+    #[inline(always)]
+    pub fn for_each_run(&self, mut visit: impl FnMut(u32, u32, u32)) {
         for top in (0..self.height).step_by(BLOCK as usize) {
             for left in (0..self.width).step_by(BLOCK as usize) {
                 for y in top..self.height.min(top + BLOCK) {
-                    for x in left..self.width.min(left + BLOCK) {
-                        visit(x, y);
-                    }
+                    visit(left, y, BLOCK.min(self.width - left));
                 }
             }
         }
@@ -69,8 +69,10 @@ mod tests {
             let mut seen = vec![0; (width * height) as usize];
             for index in 0..Tile::count(width, height) {
                 let tile = Tile::new(index, width, height);
-                tile.for_each_pixel(|x, y| {
-                    seen[((tile.y + y) * width + tile.x + x) as usize] += 1;
+                tile.for_each_run(|left, y, len| {
+                    for x in left..left + len {
+                        seen[((tile.y + y) * width + tile.x + x) as usize] += 1;
+                    }
                 });
             }
             assert!(seen.iter().all(|&count| count == 1), "{width} × {height}");

@@ -18,19 +18,6 @@ impl Vec3 {
     pub const ZERO: Vec3 = Vec3::new(0.0, 0.0, 0.0);
     /// All ones; white.
     pub const ONE: Vec3 = Vec3::new(1.0, 1.0, 1.0);
-
-    /// The relative luminance of a linear Rec. 709 colour.
-    #[inline(always)]
-    pub fn luminance(self) -> f64 {
-        0.2126 * self.x + 0.7152 * self.y + 0.0722 * self.z
-    }
-
-    /// Whether no component is NaN or infinite.
-    #[inline(always)]
-    pub fn is_finite(self) -> bool {
-        // Summing turns any infinity or NaN into a non-finite product with zero.
-        ((self.x + self.y + self.z) * 0.0) == 0.0
-    }
 }
 
 impl<L: Lanes<Scalar = f64>> Vec3<L> {
@@ -44,6 +31,19 @@ impl<L: Lanes<Scalar = f64>> Vec3<L> {
     #[inline(always)]
     pub fn splat(v: Vec3) -> Vec3<L> {
         Vec3::new(L::splat(v.x), L::splat(v.y), L::splat(v.z))
+    }
+
+    /// The relative luminance of linear Rec. 709 colours.
+    #[inline(always)]
+    pub fn luminance(self) -> L {
+        L::splat(0.2126) * self.x + L::splat(0.7152) * self.y + L::splat(0.0722) * self.z
+    }
+
+    /// Whether no component is NaN or infinite.
+    #[inline(always)]
+    pub fn is_finite(self) -> L::Mask {
+        // Summing turns any infinity or NaN into a non-finite product with zero.
+        ((self.x + self.y + self.z) * L::zero()).eq(L::zero())
     }
 
     /// The scalar product.

@@ -32,7 +32,7 @@ use super::level::Target;
 use super::precision::Precision;
 use crate::bvh::NormalSpace;
 use crate::instance::{LevelRays, dot};
-use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, axes, each};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, axes, each, halves};
 use crate::ray::{Hit, Hits, Rays};
 use crate::scalar::Scalar;
 use crate::scene::{Affine, Geometry, Group, Mesh, Prototype, Scene};
@@ -66,22 +66,27 @@ impl<F: Precision> Task for Surfaces<'_, F> {
         let width = I::F64::WIDTH;
         let mut path = Vec::new();
         for packet in (0..rays.len()).step_by(I::F32::WIDTH) {
+            let left = (rays.len() - packet).min(I::F32::WIDTH);
+            let hit: [u32; 2] = halves!(|h| {
+                let len = left.saturating_sub(h * width).min(width);
+                let first = packet + h * width;
+                let hit = lanes_where(&hits.instance[first..first + width], |leaf| {
+                    (0..scene.leaf_count).contains(&leaf)
+                });
+                let lanes = (1 << len) - 1;
+                store_misses::<I::F64>(Mask::from_bits(lanes & !hit), first, hits);
+                hit & lanes
+            });
+            if hit == [0; 2] {
+                continue;
+            }
             let lanes = RayColumns::<I>::new(rays, packet);
-            for half in 0..2 {
+            for (half, mut left) in hit.into_iter().enumerate() {
                 let first = packet + half * width;
-                let len = width.min(rays.len().saturating_sub(first));
-                let mut left = 0;
-                for lane in 0..len {
-                    let known = (0..scene.leaf_count).contains(&hits.instance[first + lane]);
-                    left |= u32::from(known) << lane;
-                }
-                let mut missed = !left & ((1 << len) - 1);
                 while left != 0 {
                     let leaf = hits.instance[first + left.trailing_zeros() as usize];
-                    let mut same = 0;
-                    for lane in 0..len {
-                        same |= u32::from(hits.instance[first + lane] == leaf) << lane;
-                    }
+                    let instances = &hits.instance[first..first + width];
+                    let same = left & lanes_where(instances, |other| other == leaf);
                     left &= !same;
                     let surface = I::call(OfLeaf {
                         scene,
@@ -93,13 +98,52 @@ impl<F: Precision> Task for Surfaces<'_, F> {
                         path: &mut path,
                     });
                     surface.store(first, hits);
-                    missed |= same & !surface.lanes.bits();
-                }
-                while missed != 0 {
-                    hits.set(first + missed.trailing_zeros() as usize, &Hit::MISS);
-                    missed &= missed - 1;
+                    let missed = same & !surface.lanes.bits();
+                    store_misses::<I::F64>(Mask::from_bits(missed), first, hits);
                 }
             }
+        }
+    }
+}
+
+/// Where leaf numbers are as asked for.
+#[inline(always)]
+fn lanes_where(leaves: &[i64], is: impl Fn(i64) -> bool) -> u32 {
+    let mut lanes = 0;
+    for (lane, &leaf) in leaves.iter().enumerate() {
+        lanes |= u32::from(is(leaf)) << lane;
+    }
+    lanes
+}
+
+/// Makes some of W hits from number `first` on misses.
+#[inline(always)]
+fn store_misses<L: Lanes<Scalar = f64>>(lanes: L::Mask, first: usize, hits: &mut Hits) {
+    if !lanes.any() {
+        return;
+    }
+    let miss = Hit::MISS;
+    put(lanes, L::splat(miss.t), &mut hits.t[first..]);
+    put(lanes, L::splat(miss.offset), &mut hits.offset[first..]);
+    for axis in 0..3 {
+        put(
+            lanes,
+            L::splat(miss.position[axis]),
+            &mut hits.position[axis][first..],
+        );
+        put(
+            lanes,
+            L::splat(miss.normal[axis]),
+            &mut hits.normal[axis][first..],
+        );
+    }
+    let (instance, primitive) = (&mut hits.instance[first..], &mut hits.primitive[first..]);
+    let (prototype, material) = (&mut hits.prototype[first..], &mut hits.material[first..]);
+    let lanes = lanes.bits();
+    for lane in 0..L::WIDTH {
+        if lanes >> lane & 1 != 0 {
+            (instance[lane], primitive[lane]) = (miss.instance, miss.primitive);
+            (prototype[lane], material[lane]) = (miss.prototype, miss.material);
         }
     }
 }
