@@ -16,7 +16,7 @@ pub struct Film {
     pub rays: u64,
 }
 
-/// The images of a film.
+/// The images of a film, or of a part of it.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     /// Linear red, green, blue, premultiplied by the fourth, the coverage: 4 per pixel.
@@ -125,14 +125,14 @@ impl Columns {
     }
 }
 
-impl Band<'_> {
-    /// Puts a finished tile of this band in its place.
+impl Layers {
+    /// Makes them those of a tile, row by row, from its pixels in the tile's order.
     #[inline(always)]
-    pub fn insert(&mut self, tile: &Tile, pixels: &Columns) {
+    pub fn arrange(&mut self, tile: &Tile, pixels: &Columns) {
         const RUN: usize = BLOCK as usize;
         let mut from = 0;
         tile.for_each_run(|x, y, len| {
-            let to = y as usize * self.width + (tile.x + x) as usize;
+            let to = (y * tile.width + x) as usize;
             let len = len as usize;
             if len == RUN {
                 self.put::<RUN>(to, pixels, from);
@@ -171,4 +171,27 @@ fn interleave<T: Copy + Default, const C: usize, const N: usize>(
         }
     }
     to[..C * N].copy_from_slice(rows.as_flattened());
+}
+
+impl Band<'_> {
+    /// Puts a finished tile of this band, row by row, in its place.
+    #[inline(always)]
+    pub fn insert(&mut self, tile: &Tile, layers: &Layers) {
+        let columns = tile.width as usize;
+        for row in 0..tile.height as usize {
+            let from = row * columns;
+            let to = row * self.width + tile.x as usize;
+            copy::<_, 4>(self.color, &layers.color, to, from, columns);
+            copy::<_, 1>(self.error, &layers.error, to, from, columns);
+            copy::<_, 1>(self.depth, &layers.depth, to, from, columns);
+            copy::<_, 3>(self.normal, &layers.normal, to, from, columns);
+            copy::<_, 1>(self.instance, &layers.instance, to, from, columns);
+        }
+    }
+}
+
+/// Copies `count` pixels of N numbers.
+#[inline(always)]
+fn copy<T: Copy, const N: usize>(to: &mut [T], from: &[T], at: usize, start: usize, count: usize) {
+    to[N * at..N * (at + count)].copy_from_slice(&from[N * start..N * (start + count)]);
 }

@@ -170,11 +170,16 @@ impl Pixels {
                 let color: Vec3<I::F64> = Vec3::load(&self.color, first);
                 let color = color * part;
                 let alpha = I::F64::load(&self.alpha[first..]) / count;
-                // Unbiased variance of one sample, over the number of samples; 0 / 0 of a single one.
-                let mean = color.luminance();
-                let squared = I::F64::load(&self.luminance_squared[first..]) / count;
-                let variance = (squared - mean * mean).max(I::F64::zero());
-                (color, alpha, (variance / others).sqrt())
+                let error = if samples == 1 {
+                    I::F64::splat(f64::NAN)
+                } else {
+                    // Unbiased variance of one sample, over the number of samples.
+                    let mean = color.luminance();
+                    let squared = I::F64::load(&self.luminance_squared[first..]) / count;
+                    let variance = (squared - mean * mean).max(I::F64::zero());
+                    (variance / others).sqrt()
+                };
+                (color, alpha, error)
             });
             let color = [
                 I::narrow(low.0.x, high.0.x),
