@@ -154,7 +154,8 @@ def _few(
     as finding them among few.
     """
     bits = np.ascontiguousarray(numbers, np.float64).view(np.int64)
-    known = np.unique(bits[:: 1 + len(bits) // _SAMPLE])
+    # Asked for counts too, NumPy does not import its masked arrays, a fifth of its own import.
+    known, _ = np.unique(bits[:: 1 + len(bits) // _SAMPLE], return_counts=True)
     if 4 * len(known) < 3 * min(len(bits), _SAMPLE):
         place = np.minimum(np.searchsorted(known, bits), len(known) - 1)
         missing = bits[known[place] != bits]
