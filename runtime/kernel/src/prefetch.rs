@@ -42,3 +42,11 @@ pub fn prefetch_either<A, B>(first: bool, a: &[A], b: &[B], index: usize) {
         ask(start, line * LINE);
     }
 }
+
+/// Four lines at a byte from `start`.
+#[inline(always)]
+pub fn prefetch_at(start: *const u8, byte: usize) {
+    for line in 0..4 {
+        ask(start, byte + line * LINE);
+    }
+}

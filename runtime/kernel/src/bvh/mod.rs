@@ -12,6 +12,8 @@ pub use bounds::{Bounds, NormalBounds, NormalSpace, exponent, power_of_two};
 pub use build::{LARGEST_LEAF, MAX_ITEMS, build};
 pub use ray::NodeRay;
 
+use crate::lanes::Lanes;
+
 /// Children of a node.
 pub const WIDTH: usize = 8;
 
@@ -39,6 +41,18 @@ impl Node {
         children: [Child::ROOT; WIDTH],
     };
 
+    /// Of a row of planes those of the children from number `first` on.
+    #[inline(always)]
+    pub fn planes_from<L: Lanes<Scalar = f32>>(&self, row: Row, first: usize) -> L {
+        // SAFETY: there are six rows of planes, and `Row::of` makes no others.
+        let row = unsafe {
+            self.planes
+                .as_flattened()
+                .get_unchecked(row.0..row.0 + WIDTH)
+        };
+        L::load(&row[first..])
+    }
+
     /// Sets child `i`.
     fn set(&mut self, i: usize, bounds: &NormalBounds, child: Child) {
         for axis in 0..3 {
@@ -46,6 +60,18 @@ impl Node {
             self.planes[axis + 3][i] = bounds.upper[axis];
         }
         self.children[i] = child;
+    }
+}
+
+/// Where the planes of one axis and side are in a node.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Row(usize);
+
+impl Row {
+    /// The lower or the upper ones of an axis.
+    #[inline(always)]
+    pub fn of(axis: usize, upper: bool) -> Row {
+        Row(WIDTH * (axis % 3 + 3 * usize::from(upper)))
     }
 }
 
@@ -76,6 +102,25 @@ impl Child {
     pub fn item(number: u32) -> Child {
         debug_assert!(number < Child::ITEM);
         Child(number | Child::LEAF | Child::ITEM)
+    }
+
+    /// As a number.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// As numbers.
+    #[inline(always)]
+    pub fn all_bits(children: &[Child; WIDTH]) -> &[u32; WIDTH] {
+        // SAFETY: a child is represented as a number.
+        unsafe { &*std::ptr::from_ref(children).cast() }
+    }
+
+    /// From what [`Child::bits`] gave.
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Child {
+        Child(bits)
     }
 
     /// Whether it refers to nothing: nobody has the root as a child.

@@ -336,8 +336,33 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
+    fn without_least(
+        set: u32,
+        distances: &[f32; 8],
+        numbers: &[u32; 8],
+        to: &mut [u64],
+    ) -> (u64, usize) {
+        let to = &mut to[..8];
+        let set = set as u8;
+        // SAFETY: the CPU has the instructions; see the head of `lanes`. There are eight numbers of
+        // either kind, and room for eight pairs.
+        unsafe {
+            let numbers = _mm512_castsi256_si512(_mm256_loadu_si256(numbers.as_ptr().cast()));
+            let distances = _mm512_castsi256_si512(_mm256_loadu_si256(distances.as_ptr().cast()));
+            // Numbers below 16 pick from the first vector, others from the second.
+            let places = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            let pairs = _mm512_permutex2var_epi32(numbers, places, distances);
+            let least = _mm512_mask_reduce_min_epu64(set, pairs);
+            let others = _mm512_mask_cmpneq_epi64_mask(set, pairs, _mm512_set1_epi64(least as i64));
+            let pairs = _mm512_maskz_compress_epi64(others, pairs);
+            _mm512_storeu_epi64(to.as_mut_ptr().cast(), pairs);
+            (least, others.count_ones() as usize)
+        }
+    }
+
+    #[inline(always)]
     fn call<T: Task>(task: T) -> T::Output {
-        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,popcnt")]
         #[inline(never)]
         fn enter<T: Task>(task: T) -> T::Output {
             task.run::<Avx512>()

@@ -249,6 +249,31 @@ pub trait Isa: Copy + Send + Sync + 'static {
         high: <Self::F64 as Lanes>::Mask,
     ) -> <Self::F32 as Lanes>::Mask;
 
+    /// Of eight pairs of a distance, not negative, and another number, those whose bit is set
+    /// except that of the least distance, in the first places of `to`; that one, which is the largest
+    /// number there is if no bit is set, and how many the others are. The distance is the upper half.
+    /// Places after them get numbers without meaning. Panics if `to` is shorter than eight.
+    #[inline(always)]
+    fn without_least(
+        set: u32,
+        distances: &[f32; 8],
+        numbers: &[u32; 8],
+        to: &mut [u64],
+    ) -> (u64, usize) {
+        let to = &mut to[..8];
+        let (mut count, mut least) = (0usize, u64::MAX);
+        for i in 0..8 {
+            let pair = u64::from(distances[i].to_bits()) << 32 | u64::from(numbers[i]);
+            let is_set = set >> i & 1 != 0;
+            let is_less = is_set && pair < least;
+            // Of those so far the least has no place.
+            to[count.saturating_sub(1)] = if is_less { least } else { pair };
+            least = if is_less { pair } else { least };
+            count += usize::from(is_set);
+        }
+        (least, count.saturating_sub(1))
+    }
+
     /// Runs a task in a function of its own that is compiled for this set: the way into the set
     /// for [`dispatch`], and inside of it the way to keep large code out of line.
     fn call<T: Task>(task: T) -> T::Output;

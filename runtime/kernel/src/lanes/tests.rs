@@ -248,6 +248,36 @@ fn rows_become_columns_and_vectors_their_least_lanes() {
 }
 
 #[test]
+fn the_least_of_any_eight_is_told_apart() {
+    struct AllSets;
+    impl Task for AllSets {
+        type Output = ();
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            let distances: [f32; 8] = [3.5, 0.0, 7.0, 0.25, 0.25, 1e-30, f32::INFINITY, 2.0];
+            let numbers = [7, 1, u32::MAX, 5, 4, 0, 9, 1 << 31];
+            for set in 0..256u32 {
+                let mut pairs: Vec<u64> = (0..8)
+                    .filter(|i| set >> i & 1 != 0)
+                    .map(|i: usize| u64::from(distances[i].to_bits()) << 32 | u64::from(numbers[i]))
+                    .collect();
+                let mut to = [u64::MAX; 9];
+                let (least, others) = I::without_least(set, &distances, &numbers, &mut to);
+                pairs.sort_unstable();
+                let mut found = to[..others].to_vec();
+                found.sort_unstable();
+                assert_eq!(to[8], u64::MAX);
+                assert_eq!(least, pairs.first().copied().unwrap_or(u64::MAX));
+                assert_eq!(found, pairs.get(1..).unwrap_or_default());
+            }
+        }
+    }
+    for set in InstructionSet::available() {
+        dispatch(set, AllSets);
+    }
+}
+
+#[test]
 fn names_go_both_ways() {
     for set in InstructionSet::available() {
         assert_eq!(InstructionSet::from_name(set.name()), Some(set));

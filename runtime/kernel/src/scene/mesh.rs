@@ -2,9 +2,8 @@
 use super::arrays::SceneArrays;
 use super::validate::range;
 use super::{Buffer, SceneError};
-use crate::bvh::{Bounds, Child, MAX_ITEMS, Tree, build};
+use crate::bvh::{Bounds, MAX_ITEMS, Tree, build};
 use crate::huge_pages;
-use crate::prefetch::prefetch_either;
 use crate::scalar::Scalar;
 
 /// Triangles of a block, and most that share a leaf.
@@ -108,13 +107,6 @@ impl<F: Scalar> Mesh<F> {
             first_triangle: triangle_range.start,
             triangle_count: triangle_range.len(),
         })
-    }
-
-    /// Asks for what a child of the tree refers to, before it is needed.
-    #[inline(always)]
-    pub fn prefetch(&self, child: Child) {
-        let number = child.number() as usize;
-        prefetch_either(child.is_node(), &self.tree.nodes, &self.blocks, number);
     }
 
     /// The corners of a triangle in object space.

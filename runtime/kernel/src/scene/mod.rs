@@ -165,6 +165,12 @@ impl<F: Scalar> Scene<F> {
         prefetch(&self.world_from_object, row);
     }
 
+    /// Whether any of its objects is a mesh.
+    pub(crate) fn has_meshes(&self) -> bool {
+        let is_mesh = |prototype: &Prototype<F>| matches!(prototype.geometry, Geometry::Mesh(_));
+        self.prototypes.iter().any(is_mesh)
+    }
+
     /// World-space box of all bounded leaves.
     pub fn bounds(&self) -> Bounds {
         self.groups[0].bounds

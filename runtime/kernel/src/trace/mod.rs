@@ -9,11 +9,13 @@ mod bundle;
 mod columns;
 mod frustum;
 mod level;
+mod mesh_ray;
 mod on_triangle;
 mod packet;
 mod precision;
 mod roots;
 mod single;
+mod singles;
 mod stack;
 mod surface;
 #[cfg(test)]
@@ -23,7 +25,7 @@ pub use precision::Precision;
 
 use self::columns::RayColumns;
 use self::packet::Packet;
-use self::single::Single;
+use self::singles::Singles;
 use self::surface::Surfaces;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves};
 use crate::ray::{Find, Found, FoundColumns, Hit, Hits, OnTriangle, Rays, Trace};
@@ -102,7 +104,7 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
     fn run<I: Isa>(mut self) {
         let width = Packet::<I, F>::WIDTH;
         let mut packet = Packet::<I, F>::new(self.scene);
-        let mut single = Single::<I, F>::new(self.scene);
+        let mut singles = Singles::<I, F>::new(self.scene);
         let space = self.scene.groups[0].tree.space;
         for first in (0..self.rays.len()).step_by(width) {
             let lanes = RayColumns::<I>::new(self.rays, first);
@@ -115,39 +117,57 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
             };
             if bundled {
                 if A::ANY {
-                    packet.trace::<true>(&lanes, &mut single);
+                    packet.trace::<true>(&lanes, &mut singles);
                 } else {
-                    packet.trace::<false>(&lanes, &mut single);
+                    packet.trace::<false>(&lanes, &mut singles);
                 }
                 self.answers.set_packet(first, &lanes, &packet);
                 continue;
             }
-            single.take(&lanes);
+            singles.roots.take(&lanes, &self.scene.groups[0]);
             let has_begun = if A::ANY {
-                packet.begin::<true>(&lanes, &mut single)
+                packet.begin::<true>(&lanes, &mut singles)
             } else {
-                packet.begin::<false>(&lanes, &mut single)
+                packet.begin::<false>(&lanes, &mut singles)
             };
             self.answers.set_packet(first, &lanes, &packet);
-            let mut left = single.waiting() & packet.alive.bits();
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
+            let waiting = singles.roots.waiting() & packet.alive.bits();
+            let mut left = waiting;
+            while let Some(lane) = take_bit(&mut left) {
                 let nearest = if has_begun {
                     packet.best.get(lane)
                 } else {
-                    Nearest::none(single.t_max(lane))
+                    Nearest::none(singles.roots.interval(lane)[1])
                 };
-                let nearest = if A::ANY {
-                    single.trace::<true>(lane, nearest)
+                if A::ANY {
+                    singles.start::<true>(lane, nearest);
                 } else {
-                    single.trace::<false>(lane, nearest)
-                };
-                self.answers
-                    .set(first + lane, self.rays.t_min(first + lane), nearest);
+                    singles.start::<false>(lane, nearest);
+                }
+            }
+            if A::ANY {
+                singles.finish::<true>();
+            } else {
+                singles.finish::<false>();
+            }
+            let mut left = waiting;
+            while let Some(lane) = take_bit(&mut left) {
+                let t_min = self.rays.t_min(first + lane);
+                self.answers.set(first + lane, t_min, singles.found[lane]);
             }
         }
     }
+}
+
+/// Takes the lowest of the bits that are set.
+#[inline(always)]
+fn take_bit(bits: &mut u32) -> Option<usize> {
+    if *bits == 0 {
+        return None;
+    }
+    let lowest = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    Some(lowest)
 }
 
 /// Takes what traversal found.

@@ -4,7 +4,9 @@ use super::bundle::{Bundle, Entry, large_children};
 use super::columns::RayColumns;
 use super::level::Target;
 use super::precision::{Halves, PacketMask, Precision};
-use super::single::{self, Single};
+use super::single;
+use super::singles::Singles;
+use super::take_bit;
 use crate::bvh::{Child, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, Task, axes, halves};
@@ -55,7 +57,7 @@ fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
 /// The task of [`Packet::part`], out of the way of packets that stay together.
 struct Part<'a, 's, I: Isa, F: Precision, const ANY: bool> {
     packet: &'a mut Packet<'s, I, F>,
-    single: &'a mut Single<'s, I, F>,
+    singles: &'a mut Singles<'s, I, F>,
     level: &'a Level<'s, I>,
     child: Child,
     active: PacketMask<I>,
@@ -67,7 +69,7 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
     #[inline(always)]
     fn run<J: Isa>(self) {
         self.packet
-            .part::<ANY>(self.single, self.level, self.child, self.active);
+            .part::<ANY>(self.singles, self.level, self.child, self.active);
     }
 }
 
@@ -108,38 +110,42 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// Finds the nearest hits of valid rays; with ANY, whether there are any.
     #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, rays: &RayColumns<I>, single: &mut Single<'s, I, F>) {
+    pub fn trace<const ANY: bool>(
+        &mut self,
+        rays: &RayColumns<I>,
+        singles: &mut Singles<'s, I, F>,
+    ) {
         self.load(rays);
         let level = self.enter::<ANY>(rays.level, &self.scene.groups[0], 0, self.alive);
-        self.descend::<ANY, true>(level, single);
+        self.descend::<ANY, true>(level, singles);
     }
 
-    /// Begins with rays that `single` has taken: finds the nearest hits of large leaves of the
+    /// Begins with rays that are at the root: finds the nearest hits of large leaves of the
     /// root's tree and of unbounded instances, which many are likely to meet; or of all, where that
     /// pays. Whether there are any.
     #[inline(always)]
     pub fn begin<const ANY: bool>(
         &mut self,
         rays: &RayColumns<I>,
-        single: &mut Single<'s, I, F>,
+        singles: &mut Singles<'s, I, F>,
     ) -> bool {
         // Out of the way of packets that are coherent.
         struct Begin<'a, 's, I: Isa, F: Precision, const ANY: bool> {
             packet: &'a mut Packet<'s, I, F>,
             rays: &'a RayColumns<I>,
-            single: &'a mut Single<'s, I, F>,
+            singles: &'a mut Singles<'s, I, F>,
         }
         impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
             type Output = bool;
             #[inline(always)]
             fn run<J: Isa>(self) -> bool {
-                self.packet.begin_here::<ANY>(self.rays, self.single)
+                self.packet.begin_here::<ANY>(self.rays, self.singles)
             }
         }
         I::call(Begin::<'_, 's, I, F, ANY> {
             packet: self,
             rays,
-            single,
+            singles,
         })
     }
 
@@ -147,12 +153,14 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     fn begin_here<const ANY: bool>(
         &mut self,
         rays: &RayColumns<I>,
-        single: &mut Single<'s, I, F>,
+        singles: &mut Singles<'s, I, F>,
     ) -> bool {
         self.load(rays);
         let root = &self.scene.groups[0];
-        let together =
-            !ANY && root.dear && single.rays_share() && rays.start_together(&root.tree.space);
+        let together = !ANY
+            && root.dear
+            && singles.roots.rays_share()
+            && rays.start_together(&root.tree.space);
         let valid = rays.valid();
         for &offset in &root.unbounded {
             self.stack
@@ -162,9 +170,9 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         while large != 0 {
             let i = large.trailing_zeros() as usize;
             large &= large - 1;
-            let met = single.met(i);
+            let met = singles.roots.met[i];
             if met.count_ones() > FEW_AT_ONCE {
-                single.pass(1 << i);
+                singles.roots.pass(1 << i);
                 self.stack
                     .push(Entry::first(root.tree.nodes[0].children[i], met));
             }
@@ -176,10 +184,10 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             if together {
                 let (bundle, nodes) = (&level.bundle, &root.tree.nodes);
                 if bundle.share_node(nodes, 0, valid & self.alive, &mut self.stack) {
-                    single.pass(u32::MAX);
+                    singles.roots.pass(u32::MAX);
                 }
             }
-            self.descend::<ANY, false>(level, single);
+            self.descend::<ANY, false>(level, singles);
         }
         has_begun
     }
@@ -203,7 +211,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     fn descend<const ANY: bool, const COHERENT: bool>(
         &mut self,
         mut level: Level<'s, I>,
-        single: &mut Single<'s, I, F>,
+        singles: &mut Singles<'s, I, F>,
     ) {
         loop {
             while let Some((child, active)) = level.bundle.next_leaf::<ANY, COHERENT>(
@@ -215,7 +223,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 if self.are_few::<COHERENT>(level.group, child, active) {
                     I::call(Part::<'_, 's, I, F, ANY> {
                         packet: self,
-                        single,
+                        singles,
                         level: &level.clone(),
                         child,
                         active,
@@ -338,16 +346,13 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     #[inline(always)]
     fn part<const ANY: bool>(
         &mut self,
-        single: &mut Single<'s, I, F>,
+        singles: &mut Singles<'s, I, F>,
         level: &Level<'s, I>,
         child: Child,
         active: PacketMask<I>,
     ) {
         let mut left = active.bits();
-        let mut hit = 0;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
+        while let Some(lane) = take_bit(&mut left) {
             let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
             let start = single::Level {
                 ray: level.rays[half].get(place),
@@ -356,9 +361,15 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 first_leaf: level.first_leaf,
                 stack_base: 0,
             };
-            let before = self.best.get(lane);
-            let nearest = single.go_on::<ANY>(start, child, self.t_min[half].get(place), before);
-            if nearest != before {
+            let (t_min, best) = (self.t_min[half].get(place), self.best.get(lane));
+            singles.start_at::<ANY>(lane, start, child, t_min, best);
+        }
+        singles.finish::<ANY>();
+        let mut hit = 0;
+        let mut left = active.bits();
+        while let Some(lane) = take_bit(&mut left) {
+            let nearest = singles.found[lane];
+            if nearest != self.best.get(lane) {
                 hit |= 1 << lane;
                 self.best.set(lane, nearest);
             }

@@ -311,9 +311,13 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
     if hit { Some(t) } else { None }
 }
 
-/// One ray in every lane, made ready for the triangles of a mesh, and its axis.
+/// One ray in every lane, made ready for the triangles of a mesh, and its axes in their order.
 #[inline(always)]
-pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>, t_min: f64, t_max: f64) -> (TurnedRays<L>, usize) {
+pub fn block_ray<L: Lanes>(
+    ray: &LevelRays<f64>,
+    t_min: f64,
+    t_max: f64,
+) -> (TurnedRays<L>, [usize; 3]) {
     let (t_min, t_max) = single_interval(ray, t_min, t_max);
     let rays = TriangleRays::<L::Scalar>::new(&RayLanes {
         o: each!(ray.origin, |x| L::Scalar::from_f64(x)),
@@ -322,7 +326,7 @@ pub fn block_ray<L: Lanes>(ray: &LevelRays<f64>, t_min: f64, t_max: f64) -> (Tur
         t_max,
     });
     let axis = rays.axis();
-    (rays.turned(axis).in_lanes(), axis)
+    (rays.turned(axis).in_lanes(), turned(axis))
 }
 
 /// Draws in the far end of the interval of one ray.
@@ -342,13 +346,12 @@ pub fn restrict_block_ray<L: Lanes>(
 #[inline(always)]
 pub fn intersect_block<L: Lanes>(
     prepared: &TurnedRays<L>,
-    axis: usize,
+    [i, j, k]: [usize; 3],
     ray: &LevelRays<f64>,
     block: &TriangleBlock<L::Scalar>,
     mut found: impl FnMut(usize, f64),
 ) {
-    let [i, j, k] = turned(axis);
-    for first in (0..block.len as usize).step_by(L::WIDTH) {
+    for first in (0..BLOCK).step_by(L::WIDTH) {
         let corners = each!(&block.corners, |corner| [
             L::load(&corner[i][first..]),
             L::load(&corner[j][first..]),

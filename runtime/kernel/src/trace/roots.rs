@@ -3,6 +3,7 @@
 //! What every ray has to do is done for W of them at once: they are brought into the space of the
 //! root's tree and tested with the boxes of its first node. Many meet none and are done; one that
 //! goes on finds its numbers here, the same to the last bit as if it had come alone.
+use super::bundle::SHARED;
 use super::columns::RayColumns;
 use super::precision::Halves;
 use super::single::TreeRay;
@@ -119,6 +120,33 @@ impl Roots {
             near.store(entry);
         }
         met
+    }
+
+    /// Passes over these children of the root, given as bits.
+    #[inline(always)]
+    pub fn pass(&mut self, children: u32) {
+        for (i, met) in self.met.iter_mut().enumerate() {
+            if children >> i & 1 != 0 {
+                *met = 0;
+            }
+        }
+    }
+
+    /// Whether the rays meet few children of the root for their number.
+    #[inline(always)]
+    pub fn rays_share(&self) -> bool {
+        let (mut rays, mut children) = (0, 0);
+        for met in self.met {
+            rays += met.count_ones();
+            children += u32::from(met != 0);
+        }
+        children > 0 && rays >= SHARED * children
+    }
+
+    /// Rays that meet anything, as bits.
+    #[inline(always)]
+    pub fn waiting(&self) -> u32 {
+        self.met.iter().fold(0, |all, met| all | met)
     }
 
     /// The bounds of a ray.

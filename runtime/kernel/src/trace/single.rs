@@ -1,17 +1,14 @@
 //! One ray at a time, against eight boxes at a time.
 use super::Nearest;
-use super::bundle::SHARED;
-use super::columns::RayColumns;
 use super::level::Target;
-use super::precision::{
-    Precision, block_ray, intersect_block, intersect_shape, restrict_block_ray,
-};
+use super::mesh_ray::{MeshRay, Next};
+use super::precision::{Precision, block_ray, intersect_block, intersect_shape};
 use super::roots::Roots;
 use super::stack::Stack;
 use crate::bvh::{Child, LARGEST_LEAF, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, each};
-use crate::scene::{Geometry, Group, InstanceBlock, Mesh, Scene};
+use crate::scene::{Geometry, Group, InstanceBlock, Scene, TriangleBlock};
 
 /// The ray in the space of a tree.
 #[derive(Clone, Copy)]
@@ -29,7 +26,7 @@ pub(super) struct TreeRay {
 impl TreeRay {
     /// With hits in the world's interval.
     #[inline(always)]
-    fn new(
+    pub fn new(
         origin: [f64; 3],
         direction: [f64; 3],
         start: f64,
@@ -119,15 +116,26 @@ pub(super) struct Level<'s> {
     pub stack_base: usize,
 }
 
-/// Stacks, kept from ray to ray.
+/// What comes of an instance.
+enum Visited<'s> {
+    /// It is done with.
+    Done,
+    /// A group, that is, a level inside.
+    Group(Level<'s>),
+    /// A mesh, and what the ray does there next.
+    Mesh(Next),
+}
+
+/// A ray on its way; stacks are kept from ray to ray.
 pub(super) struct Single<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
-    roots: Roots,
     /// From the root down.
     levels: Vec<Level<'s>>,
     stack: Stack,
-    t_min: f64,
-    nearest: Nearest,
+    /// The way through the mesh that the ray is in.
+    pub mesh_ray: MeshRay<'s, F>,
+    pub t_min: f64,
+    pub nearest: Nearest,
     set: std::marker::PhantomData<I>,
 }
 
@@ -135,106 +143,67 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     pub fn new(scene: &'s Scene<F>) -> Self {
         Single {
             scene,
-            roots: Roots::default(),
             levels: Vec::new(),
             stack: Stack::new(),
+            mesh_ray: MeshRay::new(),
             t_min: 0.0,
             nearest: Nearest::none(0.0),
             set: std::marker::PhantomData,
         }
     }
 
-    /// Takes rays, which are then traced one at a time.
+    /// Begins with one of the rays that were taken to the root, which has a hit already, if any.
     #[inline(always)]
-    pub fn take(&mut self, rays: &RayColumns<I>) {
-        self.roots.take(rays, &self.scene.groups[0]);
-    }
-
-    /// Of the rays that were taken, as bits, those that meet child `i` of the root.
-    #[inline(always)]
-    pub fn met(&self, i: usize) -> u32 {
-        self.roots.met[i]
-    }
-
-    /// The greatest parameter of a ray that was taken.
-    #[inline(always)]
-    pub fn t_max(&self, ray: usize) -> f64 {
-        self.roots.interval(ray)[1]
-    }
-
-    /// Passes over these children of the root, given as bits.
-    #[inline(always)]
-    pub fn pass(&mut self, children: u32) {
-        for (i, met) in self.roots.met.iter_mut().enumerate() {
-            if children >> i & 1 != 0 {
-                *met = 0;
-            }
-        }
-    }
-
-    /// Whether the rays that were taken meet few children of the root for their number.
-    #[inline(always)]
-    pub fn rays_share(&self) -> bool {
-        let (mut rays, mut children) = (0, 0);
-        for met in self.roots.met {
-            rays += met.count_ones();
-            children += u32::from(met != 0);
-        }
-        children > 0 && rays >= SHARED * children
-    }
-
-    /// Of the rays that were taken, as bits, those that still meet something.
-    #[inline(always)]
-    pub fn waiting(&self) -> u32 {
-        self.roots.met.iter().fold(0, |all, met| all | met)
-    }
-
-    /// The nearest hit of a ray that was taken, which has one already, if any; with ANY, whichever
-    /// is found first.
-    #[inline(always)]
-    pub fn trace<const ANY: bool>(&mut self, ray: usize, nearest: Nearest) -> Nearest {
+    pub fn begin<const ANY: bool>(&mut self, roots: &Roots, ray: usize, nearest: Nearest) {
         let root = &self.scene.groups[0];
-        self.t_min = self.roots.interval(ray)[0];
+        self.t_min = roots.interval(ray)[0];
         self.nearest = nearest;
         self.stack.clear();
-        self.roots.push_met::<ANY>(ray, root, &mut self.stack);
-        let (ray, mut tree_ray) = self.roots.ray(ray);
+        roots.push_met::<ANY>(ray, root, &mut self.stack);
+        let (ray, mut tree_ray) = roots.ray(ray);
         if nearest.leaf >= 0 {
             tree_ray.restrict(nearest.t);
         }
-        self.descend::<ANY>(Level {
+        self.levels.clear();
+        self.levels.push(Level {
             ray,
             tree_ray,
             group: root,
             first_leaf: 0,
             stack_base: 0,
-        })
+        });
     }
 
-    /// The nearest hit of a ray that has come to a level some other way: of `nearest`, and what
-    /// it meets below `child` of the group's tree; with ANY, whichever is found first.
+    /// Begins with a ray that has come to a level some other way: for what it meets below `child` of
+    /// the group's tree, and nearer than the hit that it has, if any.
     #[inline(always)]
-    pub fn go_on<const ANY: bool>(
-        &mut self,
-        level: Level<'s>,
-        child: Child,
-        t_min: f64,
-        nearest: Nearest,
-    ) -> Nearest {
+    pub fn begin_at(&mut self, level: Level<'s>, child: Child, t_min: f64, nearest: Nearest) {
         self.t_min = t_min;
         self.nearest = nearest;
         self.stack.clear();
         self.stack.push(child);
-        self.descend::<ANY>(level)
+        self.levels.clear();
+        self.levels.push(level);
     }
 
-    /// Visits what is on the stack, which is of that level.
+    /// Ends a visit of a mesh.
     #[inline(always)]
-    fn descend<const ANY: bool>(&mut self, level: Level<'s>) -> Nearest {
+    pub fn leave_mesh<const ANY: bool>(&mut self) {
+        if self.mesh_ray.taken {
+            if ANY {
+                self.levels.clear();
+            } else if let Some(level) = self.levels.last_mut() {
+                level.tree_ray.restrict(self.nearest.t);
+            }
+        }
+    }
+
+    /// Goes on into the next mesh, or is done. With ANY, ends with whichever hit is found first.
+    #[inline(always)]
+    pub fn advance<const ANY: bool>(&mut self) -> Next {
         // Levels stay in their places: what was just written in small parts is slow to copy.
         let mut levels = std::mem::take(&mut self.levels);
-        levels.clear();
-        levels.push(level);
+        let mut next = Next::Done;
         while let Some(level) = levels.last_mut() {
             let Some(offset) = self.next_item::<ANY>(level) else {
                 levels.pop();
@@ -243,14 +212,18 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
                 }
                 continue;
             };
-            if let Some(inner) = self.visit::<ANY>(level, offset) {
-                levels.push(inner);
-            } else if ANY && self.nearest.leaf >= 0 {
-                break;
+            match self.visit::<ANY>(level, offset) {
+                Visited::Group(inner) => levels.push(inner),
+                Visited::Mesh(visit) => {
+                    next = visit;
+                    break;
+                }
+                Visited::Done if ANY && self.nearest.leaf >= 0 => break,
+                Visited::Done => {}
             }
         }
         self.levels = levels;
-        self.nearest
+        next
     }
 
     /// Begins a level: its root and its unbounded instances are on the stack.
@@ -337,13 +310,9 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
             })
     }
 
-    /// Tests an instance; a level to go on with if that is a group.
+    /// Tests an instance, or goes into it.
     #[inline(always)]
-    fn visit<const ANY: bool>(
-        &mut self,
-        level: &mut Level<'s>,
-        offset: usize,
-    ) -> Option<Level<'s>> {
+    fn visit<const ANY: bool>(&mut self, level: &mut Level<'s>, offset: usize) -> Visited<'s> {
         let row = level.group.start + offset;
         let target = self.scene.target(row);
         let entrance = self.scene.entrance(row, &target);
@@ -351,13 +320,24 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         let prototype = match target {
             Target::Group(inner) => {
                 let ray = entrance.enter_group(&level.ray);
-                return Some(self.enter(ray, inner, leaf));
+                return Visited::Group(self.enter(ray, inner, leaf));
             }
             Target::Prototype(prototype) => prototype,
         };
         let ray = entrance.enter_prototype(&level.ray, &prototype.space);
+        let interval = [self.t_min, self.nearest.t];
         let taken = match &prototype.geometry {
-            Geometry::Mesh(mesh) => self.visit_mesh::<ANY>(&ray, mesh, leaf),
+            Geometry::Mesh(mesh) => {
+                if let [block] = &mesh.blocks[..] {
+                    self.visit_block_of_mesh(&ray, block, leaf)
+                } else {
+                    self.mesh_ray.enter(mesh, ray, leaf, interval);
+                    match self.mesh_ray.visit_root::<I>() {
+                        Next::Done => false,
+                        next => return Visited::Mesh(next),
+                    }
+                }
+            }
             Geometry::Shape(shape) => {
                 let t = intersect_shape::<I, F>(shape, &ray, self.t_min, self.nearest.t);
                 t.is_some_and(|t| self.nearest.offer(t, leaf, 0))
@@ -366,56 +346,22 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         if !ANY && taken {
             level.tree_ray.restrict(self.nearest.t);
         }
-        None
+        Visited::Done
     }
 
-    /// Tests the triangles of a mesh with a ray in its space; whether a hit was taken.
+    /// Tests the only block of a mesh; whether a hit was taken.
     #[inline(always)]
-    fn visit_mesh<const ANY: bool>(
+    fn visit_block_of_mesh(
         &mut self,
         ray: &LevelRays<f64>,
-        mesh: &Mesh<F>,
+        block: &TriangleBlock<F>,
         leaf: i64,
     ) -> bool {
-        let nodes = &mesh.tree.nodes;
-        if nodes.is_empty() {
-            return false;
-        }
-        let mut all_taken = false;
-        let interval = [self.t_min, self.nearest.t];
-        let tree_ray = TreeRay::new(ray.origin, ray.direction, ray.start, ray.per_rate, interval);
-        let mut before = tree_ray.before;
-        let mut lanes = BoxLanes::<I::F32UpTo8>::new(&tree_ray);
-        let (mut prepared, axis) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
-        let base = self.stack.len();
-        self.stack.push(Child::ROOT);
-        'entries: while let Some((near, mut child)) = self.stack.pop(base) {
-            if near > before {
-                continue;
-            }
-            while child.is_node() {
-                let node = &nodes[child.number() as usize];
-                match lanes.visit::<ANY>(node, &mut self.stack, |child| mesh.prefetch(child)) {
-                    Some(next) => child = next,
-                    None => continue 'entries,
-                }
-            }
-            let block = &mesh.blocks[child.number() as usize];
-            let nearest = &mut self.nearest;
-            let mut taken = false;
-            intersect_block(&prepared, axis, ray, block, |lane, t| {
-                taken |= nearest.offer(t, leaf, block.triangles[lane]);
-            });
-            if taken {
-                all_taken = true;
-                if ANY {
-                    return true;
-                }
-                before = tree_ray.tree_parameter(self.nearest.t);
-                lanes.before = I::F32UpTo8::splat(before);
-                restrict_block_ray(&mut prepared, ray, self.t_min, self.nearest.t);
-            }
-        }
-        all_taken
+        let (prepared, turned) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
+        let mut taken = false;
+        intersect_block(&prepared, turned, ray, block, |lane, t| {
+            taken |= self.nearest.offer(t, leaf, block.triangles[lane]);
+        });
+        taken
     }
 }
