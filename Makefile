@@ -55,7 +55,7 @@ fuzz: install  ## Random input against every reader for an hour; FUZZ_SECONDS=60
 
 .PHONY: memcheck
 memcheck:  ## The kernel's unsafe parts under valgrind
-	@cd $(KERNEL) && $(CARGO) --config "target.'cfg(all())'.runner=['valgrind','-q','--error-exitcode=9']" \
+	@cd $(KERNEL) && RUST_MIN_STACK=16777216 $(CARGO) --config "target.'cfg(all())'.runner=['valgrind','-q','--error-exitcode=9']" \
 	  test --lib -- trace:: lanes:: --test-threads=1
 
 .PHONY: neon
