@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from compiler.usd import StageOptions, import_stage
+from compiler.usd.schema import register
 from dsl.diagnostics import Diagnostic
 from dsl.scene import (
     DEFAULT_MATERIAL,
@@ -69,6 +70,12 @@ class Imported:
         """The diagnostic whose message holds these words."""
         (found,) = [d for d in self.diagnostics if words in d.message]
         return found
+
+
+@pytest.fixture(scope="session", autouse=True)
+def schema() -> None:
+    """Known to usd-core before the first stage, which a test may open by itself."""
+    register()
 
 
 @pytest.fixture

@@ -169,9 +169,6 @@ def everything(path: Path) -> dict[str, tuple[str, set[str]]]:
     """
     from pxr import Tf, Usd
 
-    from compiler.usd.schema import register
-
-    register()
     stage = Usd.Stage.CreateNew(str(path))
     registry = Usd.SchemaRegistry()
     authored: dict[str, tuple[str, set[str]]] = {}
