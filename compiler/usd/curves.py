@@ -161,7 +161,7 @@ class Cubics:
     def bend(self) -> FloatArray:
         """|P''| is at most 6 times the largest second difference of the Bézier points."""
         second = self.control[:, 2:, :3] - 2.0 * self.control[:, 1:3, :3] + self.control[:, :2, :3]
-        return 6.0 * np.linalg.norm(second, axis=2).max(axis=1)  # type: ignore[no-any-return]
+        return np.asarray(6.0 * np.linalg.norm(second, axis=2).max(axis=1))
 
     @property
     def widest(self) -> FloatArray:
@@ -217,12 +217,10 @@ def read_points(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
 def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[Node]:
     """A BasisCurves or HermiteCurves prim as tubes and balls, in its own space."""
     path = prim.GetPath()
-    points = clock.vectors(prim.GetAttribute("points"), 3)
-    counts = clock.integers(prim.GetAttribute("curveVertexCounts"))
-    if points is None or counts is None or not len(points) or not len(counts):
-        report.add("usd-curves", "a prim without points draws nothing", path)
+    listed = points_of(prim, clock, report)
+    if listed is None:
         return []
-    counts = np.maximum(counts, 0)
+    points, counts = listed
     hermite = type_of(prim) == "HermiteCurves"
     if hermite:
         tangents = clock.vectors(prim.GetAttribute("tangents"), 3)
@@ -243,6 +241,16 @@ def read_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[
     radii = _radii(prim, curves, len(points), clock, report)
     segments = Cubics(np.concatenate((places, radii), axis=2), curves.last)
     return chains(segments, shapes, path, report)
+
+
+def points_of(prim: Any, clock: Clock, report: Report) -> tuple[FloatArray, IntArray] | None:
+    """The points `(p, 3)` of a prim's curves and how many each has; None (reported) without any."""
+    points = clock.vectors(prim.GetAttribute("points"), 3)
+    counts = clock.integers(prim.GetAttribute("curveVertexCounts"))
+    if points is None or counts is None or not len(points) or not len(counts):
+        report.add("usd-curves", "a prim without points draws nothing", prim.GetPath())
+        return None
+    return points, np.maximum(counts, 0)
 
 
 def chains(segments: Segments, shapes: Round, path: Any, report: Report) -> list[Node]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pxr import UsdGeom
 
 from compiler.usd.clock import Clock
-from compiler.usd.curves import chains, fitting, widths_of
+from compiler.usd.curves import chains, fitting, points_of, widths_of
 from compiler.usd.nurbs import Spans, homogeneous, projected, sound, spans
 from compiler.usd.patches import numbers_of
 from compiler.usd.report import Report
@@ -43,12 +43,10 @@ class SpanSegments:
 def read_nurbs_curves(prim: Any, shapes: Round, clock: Clock, report: Report) -> list[Node]:
     """A NurbsCurves prim as tubes and balls, in its own space."""
     path = prim.GetPath()
-    points = clock.vectors(prim.GetAttribute("points"), 3)
-    counts = clock.integers(prim.GetAttribute("curveVertexCounts"))
-    if points is None or counts is None or not len(points) or not len(counts):
-        report.add("usd-curves", "a prim without points draws nothing", path)
+    listed = points_of(prim, clock, report)
+    if listed is None:
         return []
-    counts = np.maximum(counts, 0)
+    points, counts = listed
     orders = clock.integers(prim.GetAttribute("order"))
     orders = np.zeros(0, np.int64) if orders is None else orders
     if len(orders) == 1:
