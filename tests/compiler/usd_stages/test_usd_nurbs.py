@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from compiler.compilation import Compilation, compile_path
 from compiler.usd import StageOptions
+from dsl.spans import PrimPlace
 from runtime.tracer import Tracer
 
 Array = NDArray[np.float64]
@@ -159,7 +160,11 @@ def test_patches_that_do_not_fit_and_trims_are_told(tmp_path: Path) -> None:
     bad.CreateVOrderAttr(2)
     stage.Save()
     scene = _compiled(path)
-    said = {d.message: d.primary.place.prim for d in scene.warnings}  # type: ignore[union-attr]
+    said = {}
+    for warning in scene.warnings:
+        assert warning.primary is not None
+        assert isinstance(warning.primary.place, PrimPlace)
+        said[warning.message] = warning.primary.place.prim
     assert said == {
         "the trim curves of a NurbsPatch are not used": "/patch",
         "a NurbsPatch whose points, orders and knots do not fit draws nothing": "/bad",
