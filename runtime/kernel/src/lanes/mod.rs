@@ -42,6 +42,17 @@ pub(crate) use unrolled::{axes, each, halves};
 /// The largest [`Lanes::WIDTH`] there is.
 pub const MAX_WIDTH: usize = 16;
 
+/// Takes the lowest of the bits that are set.
+#[inline(always)]
+pub(crate) fn take_bit(bits: &mut u32) -> Option<usize> {
+    if *bits == 0 {
+        return None;
+    }
+    let lowest = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    Some(lowest)
+}
+
 /// W numbers, computed with in step. f32 and f64 are themselves lanes of width one.
 pub trait Lanes:
     Copy

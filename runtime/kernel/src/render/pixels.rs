@@ -1,7 +1,7 @@
 //! What the pixels of a tile show: sums of their samples, and what is seen first.
 use super::film::Columns;
 use super::vector::Vec3;
-use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, halves};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, halves, take_bit};
 use crate::ray::Hits;
 
 /// Neighbouring pixels whose samples are interleaved, see [`Stretch`]: as many as the widest f64
@@ -105,9 +105,8 @@ impl Pixels {
             least.store(&mut self.distance[pixel..]);
             nearest.store(&mut self.nearest[pixel..]);
             let mut left = nearest.ge(I::F64::zero()).bits();
-            while left != 0 {
-                let pixel = pixel + left.trailing_zeros() as usize;
-                left &= left - 1;
+            while let Some(lane) = take_bit(&mut left) {
+                let pixel = pixel + lane;
                 if self.instance[pixel] >= 0 {
                     self.depth[pixel] = f64::INFINITY;
                     self.instance[pixel] = -1;

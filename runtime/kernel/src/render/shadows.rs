@@ -7,7 +7,7 @@ use super::rays::{RayLists, make_room};
 use super::samples::Samples;
 use super::vector::Vec3;
 use super::vertex::{Vertices, beyond};
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::{Lanes, Mask, take_bit};
 use crate::ray::Hits;
 
 /// A batch of shadow rays, and what each adds to its slot unless it is occluded.
@@ -105,9 +105,7 @@ impl Shadows {
             return;
         }
         let mut left = lit;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
+        while let Some(lane) = take_bit(&mut left) {
             let (to, from) = (self.slots.len(), base + lane);
             for axis in 0..3 {
                 self.light[axis][to] = self.light[axis][from];

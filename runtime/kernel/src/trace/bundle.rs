@@ -5,7 +5,7 @@ use super::precision::{Halves, PacketMask};
 use super::single::TreeRay;
 use crate::bvh::{Child, Node, NodeRay, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, axes};
+use crate::lanes::{Isa, Lanes, Mask, axes, take_bit};
 use crate::scene::InstanceBlock;
 
 /// A child to be visited, and where the first ray enters its box; −∞ if it is to be the first.
@@ -186,9 +186,7 @@ impl<I: Isa> Bundle<I> {
             if ANY {
                 large = N::<I>::splat(LARGE).lt(extent::<N<I>>(node, first)).bits();
             }
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize;
-                met &= met - 1;
+            while let Some(lane) = take_bit(&mut met) {
                 let child = node.children[first + lane];
                 let large = !child.is_node() && large >> lane & 1 != 0;
                 stack.push(Entry {

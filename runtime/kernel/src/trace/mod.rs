@@ -12,6 +12,7 @@ mod level;
 mod mesh_ray;
 mod on_triangle;
 mod packet;
+mod parting;
 mod precision;
 mod roots;
 mod single;
@@ -27,7 +28,7 @@ use self::columns::RayColumns;
 use self::packet::Packet;
 use self::singles::Singles;
 use self::surface::Surfaces;
-use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, dispatch, halves, take_bit};
 use crate::ray::{Find, Found, FoundColumns, Hit, Hits, OnTriangle, Rays, Trace};
 use crate::scene::Scene;
 
@@ -157,17 +158,6 @@ impl<F: Precision, A: Answers> Task for Batch<'_, F, A> {
             }
         }
     }
-}
-
-/// Takes the lowest of the bits that are set.
-#[inline(always)]
-fn take_bit(bits: &mut u32) -> Option<usize> {
-    if *bits == 0 {
-        return None;
-    }
-    let lowest = bits.trailing_zeros() as usize;
-    *bits &= *bits - 1;
-    Some(lowest)
 }
 
 /// Takes what traversal found.

@@ -1,86 +1,40 @@
 //! W coherent rays at a time.
 use super::best::Best;
-use super::bundle::{Bundle, Entry, large_children};
+use super::bundle::{Bundle, Entry};
 use super::columns::RayColumns;
 use super::level::Target;
+use super::parting::{Begin, Part, are_few, large_leaves};
 use super::precision::{Halves, PacketMask, Precision};
-use super::single;
 use super::singles::Singles;
-use super::take_bit;
-use crate::bvh::{Child, WIDTH};
+use crate::bvh::Child;
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, Task, axes, halves};
+use crate::lanes::{Isa, Lanes, Mask, axes, halves};
 use crate::scene::{Geometry, Group, Mesh, Scene, TriangleBlock};
-
-// As many rays as are faster one at a time, measured: in the tree of a group, in an instance of a
-// group, and in one of a mesh. With a shape a packet takes no longer than one ray.
-const FEW_AT_ONCE: u32 = 2;
-const FEW_IN_TREE: u32 = 1;
-const FEW_IN_GROUP: u32 = 8;
-const FEW_IN_MESH: u32 = 4;
 
 /// The rays in the space of a group on their way down.
 #[derive(Clone)]
-struct Level<'s, I: Isa> {
-    rays: Halves<LevelRays<I::F64>>,
-    bundle: Bundle<I>,
+pub(super) struct Level<'s, I: Isa> {
+    pub rays: Halves<LevelRays<I::F64>>,
+    pub bundle: Bundle<I>,
     /// Origins and directions in the tree's space.
-    rounded: [[I::F32; 3]; 2],
-    group: &'s Group,
+    pub rounded: [[I::F32; 3]; 2],
+    pub group: &'s Group,
     /// The number of the group's first leaf.
-    first_leaf: i64,
+    pub first_leaf: i64,
     /// Rays that came in.
     active: PacketMask<I>,
     /// Entries below belong to the levels above.
-    stack_base: usize,
-}
-
-/// The children of the root that are large leaves of simple instances, as bits.
-fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
-    let root = &scene.groups[0];
-    let Some(node) = root.tree.nodes.first() else {
-        return 0;
-    };
-    let is_simple = |child: &Child| {
-        !child.is_node() && {
-            let block = &root.blocks[child.number() as usize];
-            let row = |item: &Child| root.start + item.number() as usize;
-            (block.instances[..block.len as usize].iter())
-                .all(|item| scene.target(row(item)).is_simple())
-        }
-    };
-    (0..WIDTH)
-        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_simple(&node.children[i]))
-        .fold(0, |leaves, i| leaves | 1 << i)
-}
-
-/// The task of [`Packet::part`], out of the way of packets that stay together.
-struct Part<'a, 's, I: Isa, F: Precision, const ANY: bool> {
-    packet: &'a mut Packet<'s, I, F>,
-    singles: &'a mut Singles<'s, I, F>,
-    level: &'a Level<'s, I>,
-    child: Child,
-    active: PacketMask<I>,
-}
-
-impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<J: Isa>(self) {
-        self.packet
-            .part::<ANY>(self.singles, self.level, self.child, self.active);
-    }
+    pub stack_base: usize,
 }
 
 /// Stacks, kept from packet to packet.
 pub(super) struct Packet<'s, I: Isa, F: Precision> {
-    scene: &'s Scene<F>,
+    pub scene: &'s Scene<F>,
     /// Which children of the root are large leaves of simple instances, as bits.
-    large: u32,
+    pub large: u32,
     above: Vec<Level<'s, I>>,
-    stack: Vec<Entry>,
-    t_min: Halves<I::F64>,
+    pub stack: Vec<Entry>,
+    pub t_min: Halves<I::F64>,
     /// What was found; with ANY nothing is kept here.
     pub best: Best<I>,
     /// Rays that still look for something: with ANY, those that have not hit.
@@ -120,80 +74,24 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         self.descend::<ANY, true>(level, singles);
     }
 
-    /// Begins with rays that are at the root: finds the nearest hits of large leaves of the
-    /// root's tree and of unbounded instances, which many are likely to meet; or of all, where that
-    /// pays. Whether there are any.
+    /// Begins with rays that are at the root, where many are likely to meet the same; whether there
+    /// is anything of that kind.
     #[inline(always)]
     pub fn begin<const ANY: bool>(
         &mut self,
         rays: &RayColumns<I>,
         singles: &mut Singles<'s, I, F>,
     ) -> bool {
-        // Out of the way of packets that are coherent.
-        struct Begin<'a, 's, I: Isa, F: Precision, const ANY: bool> {
-            packet: &'a mut Packet<'s, I, F>,
-            rays: &'a RayColumns<I>,
-            singles: &'a mut Singles<'s, I, F>,
-        }
-        impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
-            type Output = bool;
-            #[inline(always)]
-            fn run<J: Isa>(self) -> bool {
-                self.packet.begin_here::<ANY>(self.rays, self.singles)
-            }
-        }
         I::call(Begin::<'_, 's, I, F, ANY> {
             packet: self,
-            rays,
             singles,
+            rays,
         })
     }
 
+    /// Takes rays in, none of which has hit anything.
     #[inline(always)]
-    fn begin_here<const ANY: bool>(
-        &mut self,
-        rays: &RayColumns<I>,
-        singles: &mut Singles<'s, I, F>,
-    ) -> bool {
-        self.load(rays);
-        let root = &self.scene.groups[0];
-        let together = !ANY
-            && root.dear
-            && singles.roots.rays_share()
-            && rays.start_together(&root.tree.space);
-        let valid = rays.valid();
-        for &offset in &root.unbounded {
-            self.stack
-                .push(Entry::first(Child::item(offset), valid.bits()));
-        }
-        let mut large = if together { 0 } else { self.large };
-        while large != 0 {
-            let i = large.trailing_zeros() as usize;
-            large &= large - 1;
-            let met = singles.roots.met[i];
-            if met.count_ones() > FEW_AT_ONCE {
-                singles.roots.pass(1 << i);
-                self.stack
-                    .push(Entry::first(root.tree.nodes[0].children[i], met));
-            }
-        }
-        let has_begun = together || !self.stack.is_empty();
-        if has_begun {
-            let mut level = self.level(rays.level, root, 0, self.alive);
-            level.stack_base = 0;
-            if together {
-                let (bundle, nodes) = (&level.bundle, &root.tree.nodes);
-                if bundle.share_node(nodes, 0, valid & self.alive, &mut self.stack) {
-                    singles.roots.pass(u32::MAX);
-                }
-            }
-            self.descend::<ANY, false>(level, singles);
-        }
-        has_begun
-    }
-
-    #[inline(always)]
-    fn load(&mut self, rays: &RayColumns<I>) {
+    pub fn load(&mut self, rays: &RayColumns<I>) {
         self.stack.clear();
         self.above.clear();
         self.t_min = rays.t_min;
@@ -208,7 +106,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     /// Visits what is on the stack, which is of that level. Rays that are not coherent part as soon
     /// as they can.
     #[inline(always)]
-    fn descend<const ANY: bool, const COHERENT: bool>(
+    pub fn descend<const ANY: bool, const COHERENT: bool>(
         &mut self,
         mut level: Level<'s, I>,
         singles: &mut Singles<'s, I, F>,
@@ -220,7 +118,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 level.stack_base,
                 level.active & self.alive,
             ) {
-                if self.are_few::<COHERENT>(level.group, child, active) {
+                let rays = active.bits().count_ones();
+                if are_few::<F, COHERENT>(self.scene, level.group, child, rays) {
                     I::call(Part::<'_, 's, I, F, ANY> {
                         packet: self,
                         singles,
@@ -283,7 +182,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// The rays in the space of a group, with nothing to visit yet.
     #[inline(always)]
-    fn level(
+    pub fn level(
         &self,
         rays: Halves<LevelRays<I::F64>>,
         group: &'s Group,
@@ -316,66 +215,6 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             first_leaf,
             active,
             stack_base: self.stack.len(),
-        }
-    }
-
-    /// Whether so few rays come to a child of a group's tree that they better go on one at a time.
-    #[inline(always)]
-    fn are_few<const COHERENT: bool>(
-        &self,
-        group: &Group,
-        child: Child,
-        active: PacketMask<I>,
-    ) -> bool {
-        let rays = active.bits().count_ones();
-        if rays > FEW_IN_GROUP && COHERENT {
-            return false;
-        }
-        if !child.is_item() {
-            return rays <= FEW_IN_TREE || child.is_node();
-        }
-        let few = match self.scene.target(group.start + child.number() as usize) {
-            target if target.is_simple() => return false,
-            Target::Group(_) => FEW_IN_GROUP,
-            Target::Prototype(_) => FEW_IN_MESH,
-        };
-        rays <= few || !COHERENT
-    }
-
-    /// Lets a few rays go on one at a time with a child of the level's tree.
-    #[inline(always)]
-    fn part<const ANY: bool>(
-        &mut self,
-        singles: &mut Singles<'s, I, F>,
-        level: &Level<'s, I>,
-        child: Child,
-        active: PacketMask<I>,
-    ) {
-        let mut left = active.bits();
-        while let Some(lane) = take_bit(&mut left) {
-            let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
-            let start = single::Level {
-                ray: level.rays[half].get(place),
-                tree_ray: level.bundle.tree_ray(lane, level.rounded),
-                group: level.group,
-                first_leaf: level.first_leaf,
-                stack_base: 0,
-            };
-            let (t_min, best) = (self.t_min[half].get(place), self.best.get(lane));
-            singles.start_at::<ANY>(lane, start, child, t_min, best);
-        }
-        singles.finish::<ANY>();
-        let mut hit = 0;
-        let mut left = active.bits();
-        while let Some(lane) = take_bit(&mut left) {
-            let nearest = singles.found[lane];
-            if nearest != self.best.get(lane) {
-                hit |= 1 << lane;
-                self.best.set(lane, nearest);
-            }
-        }
-        if ANY {
-            self.alive = self.alive.and_not(Mask::from_bits(hit));
         }
     }
 

@@ -1,6 +1,6 @@
 //! From rays in f64 to intersectors in F, and back to the world's ray parameter.
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, axes, each, halves};
+use crate::lanes::{Isa, Lanes, Mask, axes, each, halves, take_bit};
 use crate::scalar::Scalar;
 use crate::scene::{BLOCK, TriangleBlock};
 use crate::shapes::{RayLanes, Shape, TriangleRays, TurnedRays, turned};
@@ -364,9 +364,7 @@ pub fn intersect_block<L: Lanes>(
         }
         let mut lanes = [L::Scalar::default(); BLOCK];
         t.store(&mut lanes);
-        while hit != 0 {
-            let lane = hit.trailing_zeros() as usize;
-            hit &= hit - 1;
+        while let Some(lane) = take_bit(&mut hit) {
             found(first + lane, from_level(ray, lanes[lane].to_f64()));
         }
     }

@@ -1,11 +1,11 @@
 //! Rays of a batch one at a time, but for meshes, where they take turns.
+use super::Nearest;
 use super::mesh_ray::Next;
 use super::precision::Precision;
 use super::roots::Roots;
 use super::single::{Level, Single};
-use super::{Nearest, take_bit};
 use crate::bvh::Child;
-use crate::lanes::{Isa, Lanes, MAX_WIDTH, Task};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Task, take_bit};
 use crate::scene::Scene;
 
 /// Room for W rays on their way.

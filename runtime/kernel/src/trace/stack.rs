@@ -1,5 +1,6 @@
 //! What a single ray has still to visit.
 use crate::bvh::{Child, WIDTH};
+use crate::lanes::take_bit;
 
 /// A node, leaf or item, and where the ray enters its box.
 #[derive(Clone, Copy)]
@@ -79,10 +80,7 @@ impl Stack {
         children: &[Child],
         seen: impl Fn(Child),
     ) -> Option<Child> {
-        if met == 0 {
-            return None;
-        }
-        let lane = met.trailing_zeros() as usize;
+        let lane = take_bit(&mut met)?;
         let mut nearest = Entry {
             near: near(lane),
             child: children[lane],
@@ -90,16 +88,13 @@ impl Stack {
         if nearest.child.is_unused() {
             return None;
         }
-        met &= met - 1;
         if met == 0 {
             return Some(nearest.child);
         }
         seen(nearest.child);
         self.reserve();
         let base = self.len;
-        while met != 0 {
-            let lane = met.trailing_zeros() as usize;
-            met &= met - 1;
+        while let Some(lane) = take_bit(&mut met) {
             let mut other = Entry {
                 near: near(lane),
                 child: children[lane],

@@ -32,7 +32,7 @@ use super::level::Target;
 use super::precision::Precision;
 use crate::bvh::NormalSpace;
 use crate::instance::{LevelRays, dot};
-use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, axes, each, halves};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, Task, axes, each, halves, take_bit};
 use crate::ray::{Hit, Hits, Rays};
 use crate::scalar::Scalar;
 use crate::scene::{Affine, Geometry, Group, Mesh, Prototype, Scene};
@@ -394,9 +394,7 @@ fn corners<F: Scalar, L: Lanes<Scalar = f64>>(
     let mut columns = [[[0.0; MAX_WIDTH]; 3]; 3];
     let mut found = lanes.bits();
     let mut left = found;
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize;
-        left &= left - 1;
+    while let Some(lane) = take_bit(&mut left) {
         let triangle = triangles[lane];
         if triangle as usize >= mesh.triangle_count {
             found &= !(1 << lane);

@@ -1,0 +1,164 @@
+//! Rays of a packet that part, to go on one at a time, and rays apart that begin as a packet.
+//!
+//! Both are tasks called out of line, so that packets that stay together have the registers.
+use super::bundle::{Entry, large_children};
+use super::columns::RayColumns;
+use super::level::Target;
+use super::packet::{Level, Packet};
+use super::precision::{PacketMask, Precision};
+use super::single;
+use super::singles::Singles;
+use crate::bvh::{Child, WIDTH};
+use crate::lanes::{Isa, Lanes, Mask, Task, take_bit};
+use crate::scene::{Group, Scene};
+
+// As many rays as are faster one at a time, measured: in the tree of a group, in an instance of a
+// group, and in one of a mesh. With a shape a packet takes no longer than one ray.
+const FEW_AT_ONCE: u32 = 2;
+const FEW_IN_TREE: u32 = 1;
+const FEW_IN_GROUP: u32 = 8;
+const FEW_IN_MESH: u32 = 4;
+
+/// The children of the root that are large leaves of simple instances, as bits.
+pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
+    let root = &scene.groups[0];
+    let Some(node) = root.tree.nodes.first() else {
+        return 0;
+    };
+    let is_simple = |child: &Child| {
+        !child.is_node() && {
+            let block = &root.blocks[child.number() as usize];
+            let row = |item: &Child| root.start + item.number() as usize;
+            (block.instances[..block.len as usize].iter())
+                .all(|item| scene.target(row(item)).is_simple())
+        }
+    };
+    (0..WIDTH)
+        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_simple(&node.children[i]))
+        .fold(0, |leaves, i| leaves | 1 << i)
+}
+
+/// Begins with rays that are at the root: finds the nearest hits of large leaves of the root's tree
+/// and of unbounded instances, which many are likely to meet; or of all, where that pays. Whether
+/// there are any.
+pub(super) struct Begin<'a, 's, I: Isa, F: Precision, const ANY: bool> {
+    pub packet: &'a mut Packet<'s, I, F>,
+    pub singles: &'a mut Singles<'s, I, F>,
+    pub rays: &'a RayColumns<I>,
+}
+
+impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<J: Isa>(self) -> bool {
+        let Begin {
+            packet,
+            singles,
+            rays,
+        } = self;
+        packet.load(rays);
+        let root = &packet.scene.groups[0];
+        let together = !ANY
+            && root.dear
+            && singles.roots.rays_share()
+            && rays.start_together(&root.tree.space);
+        let valid = rays.valid();
+        for &offset in &root.unbounded {
+            (packet.stack).push(Entry::first(Child::item(offset), valid.bits()));
+        }
+        let mut large = if together { 0 } else { packet.large };
+        while let Some(i) = take_bit(&mut large) {
+            let met = singles.roots.met[i];
+            if met.count_ones() > FEW_AT_ONCE {
+                singles.roots.pass(1 << i);
+                (packet.stack).push(Entry::first(root.tree.nodes[0].children[i], met));
+            }
+        }
+        let has_begun = together || !packet.stack.is_empty();
+        if has_begun {
+            let mut level = packet.level(rays.level, root, 0, packet.alive);
+            level.stack_base = 0;
+            if together {
+                let (bundle, nodes) = (&level.bundle, &root.tree.nodes);
+                if bundle.share_node(nodes, 0, valid & packet.alive, &mut packet.stack) {
+                    singles.roots.pass(u32::MAX);
+                }
+            }
+            packet.descend::<ANY, false>(level, singles);
+        }
+        has_begun
+    }
+}
+
+/// Whether so few rays come to a child of a group's tree that they better go on one at a time.
+#[inline(always)]
+pub(super) fn are_few<F: Precision, const COHERENT: bool>(
+    scene: &Scene<F>,
+    group: &Group,
+    child: Child,
+    rays: u32,
+) -> bool {
+    if rays > FEW_IN_GROUP && COHERENT {
+        return false;
+    }
+    if !child.is_item() {
+        return rays <= FEW_IN_TREE || child.is_node();
+    }
+    let few = match scene.target(group.start + child.number() as usize) {
+        target if target.is_simple() => return false,
+        Target::Group(_) => FEW_IN_GROUP,
+        Target::Prototype(_) => FEW_IN_MESH,
+    };
+    rays <= few || !COHERENT
+}
+
+/// Lets a few rays go on one at a time with a child of the level's tree.
+pub(super) struct Part<'a, 's, I: Isa, F: Precision, const ANY: bool> {
+    pub packet: &'a mut Packet<'s, I, F>,
+    pub singles: &'a mut Singles<'s, I, F>,
+    pub level: &'a Level<'s, I>,
+    pub child: Child,
+    pub active: PacketMask<I>,
+}
+
+impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<J: Isa>(self) {
+        let Part {
+            packet,
+            singles,
+            level,
+            child,
+            active,
+        } = self;
+        let mut left = active.bits();
+        while let Some(lane) = take_bit(&mut left) {
+            let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
+            let start = single::Level {
+                ray: level.rays[half].get(place),
+                tree_ray: level.bundle.tree_ray(lane, level.rounded),
+                group: level.group,
+                first_leaf: level.first_leaf,
+                stack_base: 0,
+            };
+            let (t_min, best) = (packet.t_min[half].get(place), packet.best.get(lane));
+            singles.start_at::<ANY>(lane, start, child, t_min, best);
+        }
+        singles.finish::<ANY>();
+        let mut hit = 0;
+        let mut left = active.bits();
+        while let Some(lane) = take_bit(&mut left) {
+            let nearest = singles.found[lane];
+            if nearest != packet.best.get(lane) {
+                hit |= 1 << lane;
+                packet.best.set(lane, nearest);
+            }
+        }
+        if ANY {
+            packet.alive = packet.alive.and_not(Mask::from_bits(hit));
+        }
+    }
+}
