@@ -1,8 +1,8 @@
 """How long USD stages take to import, and how much memory: `python -m benchmarks.usd_import`.
 
 Stages of 10³ to 10⁶ point instances (positions, scales and orientations of two prototypes), native
-instances, and faces of one mesh, polygons and cages, are written, read by usd-core alone, and
-compiled, each in a process of its own. Memory counts from where usd-core has the stage open and
+instances, distinct prims, and faces of one mesh, polygons and cages, are written, read by usd-core
+alone, and compiled, each in a process of its own. Memory counts from where usd-core has the stage open and
 every attribute read. `--plot FILE` draws the growth.
 """
 
@@ -70,6 +70,37 @@ def _natives(stage: Any, size: int) -> None:
             prim.inheritPathList.Prepend("/_kit")
 
 
+def _distinct(stage: Any, size: int) -> None:
+    """Quads, each with points, two steps and a binding of its own."""
+    from pxr import Gf, Sdf, UsdShade, Vt
+
+    layer, names = stage.GetRootLayer(), Sdf.ValueTypeNames
+    materials = [UsdShade.Material.Define(stage, f"/m{number}").GetPath() for number in range(10)]
+    steps = ("xformOp:translate", "xformOp:rotateY")
+    with Sdf.ChangeBlock():
+        for number in range(size // 10):
+            prim = Sdf.CreatePrimInLayer(layer, f"/g{number // 100}/q{number}")
+            prim.specifier, prim.typeName = Sdf.SpecifierDef, "Mesh"
+            prim.nameParent.specifier, prim.nameParent.typeName = Sdf.SpecifierDef, "Xform"
+            corners = [(0, 0, 0), (1, 0, 0), (1, 1 + number / size, 0), (0, 1, 0)]
+            for name, type, value in (
+                ("points", names.Point3fArray, Vt.Vec3fArray(corners)),
+                ("faceVertexCounts", names.IntArray, Vt.IntArray([4])),
+                ("faceVertexIndices", names.IntArray, Vt.IntArray([0, 1, 2, 3])),
+                ("subdivisionScheme", names.Token, "none"),
+                (steps[0], names.Double3, Gf.Vec3d(number % 300, number // 300, 0)),
+                (steps[1], names.Double, number / 10),
+                ("xformOpOrder", names.TokenArray, Vt.TokenArray(steps)),
+            ):
+                uniform = name in ("subdivisionScheme", "xformOpOrder")
+                variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
+                Sdf.AttributeSpec(prim, name, type, variability).default = value
+            applied = Sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"])
+            prim.SetInfo("apiSchemas", applied)
+            binding = Sdf.RelationshipSpec(prim, "material:binding", False)
+            binding.targetPathList.Prepend(materials[number % 10])
+
+
 def _mesh(stage: Any, size: int, scheme: str = "none") -> None:
     from pxr import UsdGeom, Vt
 
@@ -88,10 +119,11 @@ def _mesh(stage: Any, size: int, scheme: str = "none") -> None:
 STAGES: dict[str, Callable[[Any, int], None]] = {
     "point instances": _points,
     "native instances": _natives,
+    "distinct prims": _distinct,
     "faces of a mesh": _mesh,
     "faces of a cage": lambda stage, size: _mesh(stage, size, "catmullClark"),
 }
-"""Native instances are a tenth of the size: usd-core itself takes 20 µs for each."""
+"""Native instances and distinct prims are a tenth of the size."""
 
 
 def measure(kind: str, size: int, path: Path) -> Import:
@@ -144,7 +176,7 @@ def _plot(rows: list[Import], path: str) -> None:
     for kind in STAGES:
         own = [row for row in rows if row.kind == kind]
         axes.loglog([r.size for r in own], [r.wall for r in own], marker="o", label=kind)
-    axes.set(xlabel="instances or faces", ylabel="seconds to compile")
+    axes.set(xlabel="instances, prims or faces", ylabel="seconds to compile")
     axes.legend()
     figure.savefig(path)
 
@@ -165,7 +197,7 @@ def main() -> None:
     rows = []
     for kind, make in STAGES.items():
         for size in SIZES:
-            count = size // 10 if make is _natives else size
+            count = size // 10 if make in (_natives, _distinct) else size
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / "stage.usdc"
                 stage = Usd.Stage.CreateNew(str(path))

@@ -8,7 +8,7 @@ what comes from above is bound at the instance instead, and inherited in the sce
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -26,11 +26,11 @@ FACE_COLORS = 256
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """What usd-core resolved for a prim: the material, and where it is bound."""
+    """What usd-core resolved for a prim: the material, and where and by what it is bound."""
 
     material: Material
     source: Sdf.Path
-    strong: bool
+    relationship: Sdf.Path = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,8 @@ class Base:
         inherited = binding == self.binding and not self.owns(binding.source)
         return None if inherited else binding.material
 
-    def label(self, path: Sdf.Path) -> str:
-        """A path relative to the base."""
-        text = str(path)
+    def label(self, text: str) -> str:
+        """The text of a path relative to the base."""
         if self.outside:
             return f"/{text}"
         return text if self.path.IsAbsoluteRootPath() else text[len(str(self.path)) :]
@@ -99,48 +98,61 @@ class Appearance:
         self._report = report
         self._materials = Materials(clock, report)
         self._bindings: dict[Sdf.Path, Binding | None] = {}
+        self._by_source: dict[Sdf.Path, Binding | None] = {}
 
-    def resolve(self, prims: Iterable[Any]) -> None:
-        """Resolve the bindings of many prims at once, which is how usd-core can cache.
+    def resolve(self, prims: dict[Sdf.Path, Any], *, previews: bool = True) -> None:
+        """Resolve the bindings of many prims, by path, at once, which is how usd-core can cache.
 
-        Of bindings for several purposes, full comes before preview, and preview before all.
+        Of bindings for several purposes, full comes before preview, and preview before all. Without
+        `previews` there is no binding for preview, on the prims or above.
         """
-        unknown = [prim for prim in prims if prim.GetPath() not in self._bindings]
-        if not unknown:
-            return
-        for purpose in (UsdShade.Tokens.full, UsdShade.Tokens.preview):
-            found = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(unknown, purpose)
-            for prim, material, source in zip(unknown, *found, strict=True):
-                path = prim.GetPath()
-                # Each answer falls back to bindings for all purposes; preview comes before those.
-                if path not in self._bindings or (source and _purpose(source) == purpose):
-                    self._bindings[path] = self._binding(material, source)
-            unknown = [
-                p
-                for p, _, source in zip(unknown, *found, strict=True)
-                if not source or _purpose(source) != purpose
-            ]
+        unknown = {path: prim for path, prim in prims.items() if path not in self._bindings}
+        full, preview = UsdShade.Tokens.full, UsdShade.Tokens.preview
+        for purpose in (full, preview) if previews else (full,):
             if not unknown:
                 return
+            found = UsdShade.MaterialBindingAPI.ComputeBoundMaterials([*unknown.values()], purpose)
+            left = {}
+            for path, material, source in zip(unknown, *found, strict=True):
+                own = bool(source) and previews and _purpose(source) == purpose
+                # Each answer falls back to bindings for all purposes; preview comes before those.
+                if own or path not in self._bindings:
+                    self._bindings[path] = self._binding(material, source)
+                if not own:
+                    left[path] = unknown[path]
+            unknown = left
 
     def _binding(self, material: Any, source: Any) -> Binding | None:
-        if not material:
-            if source and any(map(partial(_is_missing, source.GetStage()), source.GetTargets())):
-                message = "a binding to what is no material is not used"
-                self._report.add("usd-material", message, source.GetPrim().GetPath())
+        if not source:
             return None
-        strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(source)
-        return Binding(
-            self._materials.read(material),
-            source.GetPrim().GetPath(),
-            strength == UsdShade.Tokens.strongerThanDescendants,
+        path = source.GetPath()
+        if path not in self._by_source:
+            self._by_source[path] = self._read(material, source, path)
+        return self._by_source[path]
+
+    def _read(self, material: Any, source: Any, path: Sdf.Path) -> Binding | None:
+        prim = path.GetPrimPath()
+        if material:
+            return Binding(self._materials.read(material), prim, path)
+        if any(map(partial(_is_missing, source.GetStage()), source.GetTargets())):
+            message = "a binding to what is no material is not used"
+            self._report.add("usd-material", message, prim)
+        return None
+
+    def is_strong(self, stage: Any, binding: Binding | None) -> bool:
+        """Whether a binding is stronger than those of prims below."""
+        if binding is None:
+            return False
+        strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(
+            stage.GetRelationshipAtPath(binding.relationship)
         )
+        return bool(strength == UsdShade.Tokens.strongerThanDescendants)
 
     def binding(self, prim: Any) -> Binding | None:
         """The binding of a prim; fastest if `resolve` saw the prim before."""
         path = prim.GetPath()
         if path not in self._bindings:
-            self.resolve([prim])
+            self.resolve({path: prim})
         return self._bindings[path]
 
     def subsets(self, prim: Any) -> list[Any]:
@@ -158,9 +170,9 @@ class Appearance:
                 self._report.add("usd-material", message, subset.GetPath())
         return found
 
-    def attributes(self, prim: Any, own: Binding | None) -> frozenset[str]:
+    def attributes(self, own: Binding | None, subsets: Iterable[Any]) -> frozenset[str]:
         """The attributes that a mesh's `own` material and those of subsets of its faces read."""
-        bound = [own, *(self.binding(subset.GetPrim()) for subset in self.subsets(prim))]
+        bound = [own, *(self.binding(subset.GetPrim()) for subset in subsets)]
         textures = [texture for each in bound if each for texture in each.material.textures]
         return frozenset(texture.attribute for texture in textures)
 

@@ -30,9 +30,23 @@ class Clock:
         if not attribute:
             return None
         if self.time is None and not attribute.HasFallbackValue():
+            return self.plain(attribute)
+        return attribute.Get(self.code(attribute))
+
+    def plain(self, attribute: Any) -> Any:
+        """The same of an attribute that there is, and that no schema gives a fallback."""
+        if self.time is None:
             value = attribute.Get()
             return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
         return attribute.Get(self.code(attribute))
+
+    def beside(self, attribute: Any, fallback: str) -> Any:
+        """The same of an attribute whose schema has that fallback, which is asked for less."""
+        if attribute and self.time is None:
+            value = attribute.Get()
+            if value is not None and value != fallback:
+                return value
+        return self.value(attribute)
 
     def code(self, attribute: Any) -> Any:
         """The Usd.TimeCode at which this attribute is read."""
@@ -65,10 +79,7 @@ class Clock:
 
     def as_authored(self, attribute: Any, width: int) -> NDArray[Any] | None:
         """The same in the type that was authored, which is shared with usd-core: not copied."""
-        array = self._array(attribute)
-        if array is None or array.ndim != 2 or array.shape[1] != width:
-            return None
-        return array
+        return rows(self.value(attribute), width)
 
     def integers(self, attribute: Any) -> IntArray | None:
         """`(n,)` int64, or None for whatever is not an array of integers."""
@@ -77,13 +88,19 @@ class Clock:
 
     def integers_as_authored(self, attribute: Any) -> NDArray[np.integer] | None:
         """The same in the type that was authored, which is shared with usd-core: not copied."""
-        array = self._array(attribute)
-        if array is None or array.ndim != 1 or array.dtype.kind not in "iu":
-            return None
-        return array
+        return integers(self.value(attribute))
 
-    def _array(self, attribute: Any) -> NDArray[Any] | None:
-        return numbers(self.value(attribute))
+
+def rows(value: Any, width: int) -> NDArray[Any] | None:
+    """A value of USD as numbers `(n, width)`; None for what is not that."""
+    array = numbers(value)
+    return None if array is None or array.ndim != 2 or array.shape[1] != width else array
+
+
+def integers(value: Any) -> NDArray[np.integer] | None:
+    """A value of USD as integers `(n,)`; None for what is not that."""
+    array = numbers(value)
+    return None if array is None or array.ndim != 1 or array.dtype.kind not in "iu" else array
 
 
 def numbers(value: Any) -> NDArray[Any] | None:

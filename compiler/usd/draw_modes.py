@@ -20,8 +20,8 @@ from dsl.scene import DEFAULT_MATERIAL, Bind, FloatArray, Material, Mesh, Node
 
 
 def stand_in(prim: Any) -> str:
-    """How a prim is drawn in its own stead: "bounds", "origin", "cards"; "" if as itself."""
-    if not prim.IsModel() or prim.IsPseudoRoot():
+    """How a model is drawn in its own stead: "bounds", "origin", "cards"; "" if as itself."""
+    if prim.IsPseudoRoot():
         return ""
     model = UsdGeom.ModelAPI(prim)
     mode = str(model.ComputeModelDrawMode())

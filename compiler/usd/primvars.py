@@ -6,7 +6,7 @@ within faces.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pxr import UsdGeom
 
 from compiler.usd.clock import Clock, numbers
+from compiler.usd.prims import Authored
 from compiler.usd.refinement import Refinement
 from compiler.usd.report import Report
 from compiler.usd.surfaces import MeshSurface
@@ -32,17 +33,14 @@ class Primvars:
     def of_surface(
         self,
         prim: Any,
-        names: Collection[str],
+        authored: Authored,
         surface: MeshSurface,
         materials: Iterable[Material | None],
     ) -> tuple[MeshAttribute, ...]:
-        """The attributes of a mesh that is drawn in these materials.
-
-        `names` are those of the prim's authored properties.
-        """
+        """The attributes of a mesh that is drawn in these materials."""
         textures = [texture for m in materials if m is not None for texture in m.textures]
         named = {texture.attribute: None for texture in textures if texture.attribute}
-        found = [self._normals(prim, names, surface)]
+        found = [self._normals(prim, authored, surface)]
         for name in named:
             primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
             if primvar and primvar.HasValue():
@@ -52,17 +50,15 @@ class Primvars:
                 found.append(self._attribute(prim, name, values, indices, token, surface))
         return tuple(attribute for attribute in found if attribute is not None)
 
-    def _normals(
-        self, prim: Any, names: Collection[str], surface: MeshSurface
-    ) -> MeshAttribute | None:
+    def _normals(self, prim: Any, authored: Authored, surface: MeshSurface) -> MeshAttribute | None:
         """Those of a limit surface, or authored ones of a polygon mesh; primvars come first."""
         limit = surface.refinement
         if limit is not None and limit.normals is not None and limit.corner_normals is not None:
             normals = np.asarray(-limit.normals if surface.turned else limit.normals, np.float32)
             return MeshAttribute(
-                "normals", normals, limit.corner_normals[surface.places].astype(np.int32)
+                "normals", normals, limit.corner_normals[surface.cut.places].astype(np.int32)
             )
-        if "primvars:normals" not in names and "normals" not in names:
+        if "primvars:normals" not in authored and "normals" not in authored:
             return None
         if self._clock.token(prim.GetAttribute("subdivisionScheme")) != "none":
             return None
@@ -111,13 +107,13 @@ class Primvars:
                 return found
         elif interpolation in ("vertex", "varying") and len(rows) == len(surface.points):
             return MeshAttribute(name, values if indices is None else values[rows])
-        elif interpolation == "faceVarying" and len(rows) > surface.places.max(initial=-1):
-            return MeshAttribute(name, values, rows[surface.places].astype(np.int32))
+        elif interpolation == "faceVarying" and len(rows) > surface.cut.places.max(initial=-1):
+            return MeshAttribute(name, values, rows[surface.cut.places].astype(np.int32))
         if interpolation == "uniform" and len(rows) == surface.face_count:
-            each = rows[surface.faces].astype(np.int32)
+            each = rows[surface.cut.faces].astype(np.int32)
             return MeshAttribute(name, values, np.repeat(each[:, None], 3, axis=1))
         if interpolation == "constant" and len(rows):
-            each = np.full((len(surface.faces), 3), rows[0], np.int32)
+            each = np.full((len(surface.cut.faces), 3), rows[0], np.int32)
             return MeshAttribute(name, values, each)
         self._ignore(prim, name, f"has a wrong number of values for `{interpolation}`")
         return None
@@ -148,7 +144,7 @@ def _refined(
     else:
         of_corners = exact[rows][limit.cage.topology.corners]
     refined = limit.corners(of_corners).astype(np.float32)
-    return MeshAttribute(name, refined, surface.places.astype(np.int32))
+    return MeshAttribute(name, refined, surface.cut.places.astype(np.int32))
 
 
 def _table(value: Any) -> NDArray[np.float32] | None:

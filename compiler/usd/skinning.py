@@ -7,13 +7,13 @@ weights as authored (UsdSkel, "Skinning").
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from compiler.usd.clock import Clock
+from compiler.usd.prims import Authored
 from compiler.usd.report import Report
 from compiler.usd.xform import world_matrix
 from dsl.scene import FloatArray, Step, StepKind
@@ -23,12 +23,10 @@ _BLEND_SHAPES = "skel:blendShapeTargets"
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
-def is_skinned(prim: Any, names: Collection[str], below_root: bool) -> bool:
-    """Whether joints or blend shapes move a prim; below a SkelRoot it inherits joints.
-
-    `names` are those of its authored properties.
-    """
-    if not below_root and f"primvars:{_JOINTS}" not in names and _BLEND_SHAPES not in names:
+def is_skinned(prim: Any, authored: Authored, below_root: bool) -> bool:
+    """Whether joints or blend shapes move a prim; below a SkelRoot it inherits joints."""
+    own = f"primvars:{_JOINTS}" in authored or _BLEND_SHAPES in authored
+    if not below_root and not own:
         return False
     if below_root:
         joints = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(_JOINTS)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pxr import UsdGeom
 
+from compiler.usd.cages import Cage, Cut, cut_polygons
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_points
 from compiler.usd.options import StageOptions
-from compiler.usd.polygons import triangulate, usable_faces
+from compiler.usd.polygons import usable_faces
+from compiler.usd.prims import Authored
 from compiler.usd.refinement import SCHEMES, Refinement, refined
 from compiler.usd.report import Report
-from compiler.usd.schema import EXACT_POINTS, type_of
+from compiler.usd.schema import EXACT_POINTS
 from compiler.usd.skinning import Skinning
 from dsl.scene import FloatArray, IntArray, Mesh, MeshAttribute
 
@@ -24,18 +26,15 @@ from dsl.scene import FloatArray, IntArray, Mesh, MeshAttribute
 class MeshSurface:
     """A triangulated mesh that still knows its faces.
 
-    `points` `(v, 3)`, `triangles` `(m, 3)`, `faces` `(m,)` the USD face of each triangle,
-    `face_count` the number of faces that the prim lists. `places` `(m, 3)` say which of the prim's
-    `faceVertexIndices` each corner is, or, with a `refinement`, which refined corner; triangles
+    `points` `(v, 3)` and the `cut` of the faces, whose places are those of refined corners if there
+    is a `refinement`. `face_count` is the number of faces that the prim lists; triangles
     are `turned` against the prim's faces if those are left-handed. Points that are `posed` are not
     where the prim has them.
     """
 
     points: FloatArray
-    triangles: IntArray
-    faces: IntArray
+    cut: Cut
     face_count: int
-    places: IntArray
     refinement: Refinement | None = None
     turned: bool = False
     posed: bool = False
@@ -47,7 +46,10 @@ class MeshSurface:
 
         `attributes` are those of the whole surface.
         """
-        triangles = self.triangles if chosen is None else self.triangles[chosen]
+        triangles = self.cut.triangles
+        if chosen is None and self.cut.whole:
+            return Mesh(self.points, triangles, attributes=tuple(attributes))
+        triangles = triangles if chosen is None else triangles[chosen]
         used = np.zeros(len(self.points), bool)
         used[triangles] = True
         whole = bool(used.all())
@@ -71,87 +73,81 @@ class MeshSurface:
 
 def read_mesh(
     prim: Any,
-    names: Collection[str],
+    cage: Cage,
+    authored: Authored,
     clock: Clock,
     report: Report,
     options: StageOptions,
     coarser: int,
     skinning: Skinning | None,
 ) -> MeshSurface | None:
-    """The surface of a Mesh prim, or None (reported) if nothing of it can be drawn.
+    """The surface of a mesh prim, or None (reported) if nothing of it can be drawn.
 
-    `names` are those of its authored properties: what is not among them is not asked for.
+    What is not `authored` is not asked for.
     Subdivision meshes are refined to their limit surface if asked for, `coarser` times less than
     their faces allow (see `compiler.usd.refinement`); `skinning` poses them, if any. Normals of
     triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left
     out, but shape those around them.
     """
     path = prim.GetPath()
-    points = clock.vectors(prim.GetAttribute("points"), 3)
-    if type_of(prim) == "TetMesh":
-        counts, indices = _surface_of_tetrahedra(prim, clock)
-    else:
-        counts = clock.integers(prim.GetAttribute("faceVertexCounts"))
-        indices = clock.integers(prim.GetAttribute("faceVertexIndices"))
-    for name, array in (
-        ("points", points),
-        ("faceVertexCounts", counts),
-        ("faceVertexIndices", indices),
-    ):
-        value = None if array is not None else clock.value(prim.GetAttribute(name))
-        if value is not None and np.size(value):
-            message = f"a mesh whose `{name}` have the wrong type draws nothing"
-            report.add("usd-mesh", message, path)
-            return None
-    if points is None or counts is None or indices is None or not len(counts):
-        report.add("usd-mesh", "a mesh without points or faces draws nothing", path)
+    if cage.points is None or cage.counts is None or cage.indices is None or not len(cage.counts):
+        report.add("usd-mesh", _fault(prim, cage, clock), path)
         return None
-    if EXACT_POINTS in names:
-        points = exact_points(prim, points, clock, report)
+    points = np.ascontiguousarray(cage.points, dtype=np.float64)
+    cut, refinement = cage.cut, None
+    if EXACT_POINTS in authored:
+        points, cut = exact_points(prim, points, clock, report), None
     if skinning is not None:
-        points = skinning.posed(prim, points)
-    polygons = usable_faces(points, counts, indices)
-    refinement = None
-    scheme = clock.token(prim.GetAttribute("subdivisionScheme")) or "none"
-    if scheme not in SCHEMES and scheme != "none":
-        message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
-        report.add("usd-subdivision", message, path)
-    elif scheme in SCHEMES and options.complexity == "low":
-        message = "subdivision meshes are drawn as their cages"
-        report.add("usd-subdivision", message, path, "a higher complexity draws their limit")
-    elif scheme in SCHEMES:
-        points, polygons, refinement = refined(
-            points, polygons, scheme, prim, clock, report, options, coarser
-        )
-    for reason, number in polygons.dropped.items():
-        report.add("usd-mesh", f"{number} faces {reason} are left out", path)
-    found = triangulate(points, polygons.counts, polygons.corners)
-    triangles, faces = polygons.corners[found.corners], polygons.faces[found.rows]
-    places = found.corners if polygons.places is None else polygons.places[found.corners]
-    holes = None
-    if "holeIndices" in names:
-        holes = clock.integers(prim.GetAttribute("holeIndices"))
-    if holes is not None and len(holes):
-        kept = ~np.isin(faces, holes)
-        triangles, faces, places = triangles[kept], faces[kept], places[kept]
-    if not len(triangles):
+        points, cut = skinning.posed(prim, points), None
+    smooth = _is_smooth(cage.scheme, options, path, report)
+    if smooth or cut is None:
+        counts, indices = (array.astype(np.int64) for array in (cage.counts, cage.indices))
+        polygons = usable_faces(points, counts, indices)
+        if smooth:
+            points, polygons, refinement = refined(
+                points, polygons, cage.scheme, prim, clock, report, options, coarser
+            )
+        for reason, number in polygons.dropped.items():
+            report.add("usd-mesh", f"{number} faces {reason} are left out", path)
+        cut = cut_polygons(points, polygons)
+    if "holeIndices" in authored:
+        cut = cut.without(clock.integers(prim.GetAttribute("holeIndices")))
+    if not len(cut.triangles):
         report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
         return None
     turned = (
-        "orientation" in names and clock.token(prim.GetAttribute("orientation")) == "leftHanded"
+        "orientation" in authored
+        and clock.token(prim.GetAttribute("orientation")) == UsdGeom.Tokens.leftHanded
     )
-    if turned:
-        triangles, places = (np.ascontiguousarray(a[:, ::-1]) for a in (triangles, places))
     posed = skinning is not None
-    return MeshSurface(points, triangles, faces, len(counts), places, refinement, turned, posed)
+    return MeshSurface(
+        points, cut.turned() if turned else cut, len(cage.counts), refinement, turned, posed
+    )
 
 
-def _surface_of_tetrahedra(prim: Any, clock: Clock) -> tuple[IntArray | None, IntArray | None]:
-    """Counts and indices of a TetMesh's surface: as authored, or what bounds its tetrahedra."""
-    attribute = prim.GetAttribute("surfaceFaceVertexIndices")
-    faces = clock.vectors(attribute, 3)
-    if faces is None or not len(faces):
-        time = clock.code(prim.GetAttribute("tetVertexIndices"))
-        found = UsdGeom.TetMesh.ComputeSurfaceFaces(UsdGeom.TetMesh(prim), time)
-        faces = np.array(found, dtype=np.float64).reshape(-1, 3)
-    return np.full(len(faces), 3, np.int64), faces.astype(np.int64).ravel()
+def _fault(prim: Any, cage: Cage, clock: Clock) -> str:
+    """Why a cage draws nothing."""
+    for name, array in (
+        ("points", cage.points),
+        ("faceVertexCounts", cage.counts),
+        ("faceVertexIndices", cage.indices),
+    ):
+        value = None if array is not None else clock.value(prim.GetAttribute(name))
+        if value is not None and np.size(value):
+            return f"a mesh whose `{name}` have the wrong type draws nothing"
+    return "a mesh without points or faces draws nothing"
+
+
+def _is_smooth(scheme: str, options: StageOptions, path: Any, report: Report) -> bool:
+    """Whether a mesh is to be refined; reported where its scheme is not used."""
+    if scheme == "none":
+        return False
+    if scheme not in SCHEMES:
+        message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
+        report.add("usd-subdivision", message, path)
+        return False
+    if options.complexity == "low":
+        message = "subdivision meshes are drawn as their cages"
+        report.add("usd-subdivision", message, path, "a higher complexity draws their limit")
+        return False
+    return True

@@ -11,37 +11,32 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Sdf
 
 from compiler.usd.appearance import Appearance, Base, Binding
+from compiler.usd.cages import CagesAhead
 from compiler.usd.clock import Clock
 from compiler.usd.curves import read_curves, read_points
-from compiler.usd.draw_modes import draw_stand_in, stand_in
+from compiler.usd.draw_modes import draw_stand_in
 from compiler.usd.gprims import Gprims
 from compiler.usd.instancer import point_batches
 from compiler.usd.meshes import Meshes
 from compiler.usd.nurbs_curves import read_nurbs_curves
 from compiler.usd.options import KNOWN_PURPOSES, PURPOSES, StageOptions
 from compiler.usd.patches import read_patch
-from compiler.usd.prims import Inherited, PrimType, PrimTypes
+from compiler.usd.prims import Inherited, PrimTypes
 from compiler.usd.report import Report
 from compiler.usd.round import Round
 from compiler.usd.sheets import is_singular, pressed
 from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.unused import Unused
+from compiler.usd.visits import Visit, visits
 from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
 from dsl.spans import PrimPlace
 
 NESTING = 100
 """Levels of instances within instances; deeper ones are dropped."""
-
-LEVELS = 1000
-"""Levels of prims; usd-core takes the square of their number to find bindings."""
-
-DRAWN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
-"""Prototypes of point instancers may be classes or overs, which are not drawn in place."""
 
 _ROUND = {
     "BasisCurves": read_curves,
@@ -68,26 +63,6 @@ class Frame:
     shared: bool = True
 
 
-@dataclass(slots=True)
-class Visit:
-    """A prim on the way: `below` collects the nodes of its children, last child first.
-
-    `names` are the prim's authored properties; `mode` is the draw mode that shows it and those
-    below it by something else.
-    """
-
-    prim: Any
-    path: Sdf.Path
-    type: PrimType
-    names: list[str]
-    instance: bool
-    parent: int
-    inherited: Inherited
-    mode: str = ""
-    own: list[Node] = field(default_factory=list)
-    below: list[Node] = field(default_factory=list)
-
-
 class Traversal:
     """Walks the stage; one per import."""
 
@@ -108,6 +83,7 @@ class Traversal:
         self._options = options
         self._shown = options.purposes or PURPOSES
         self._types = PrimTypes()
+        self._instances = bool(stage.GetPrototypes())
         self._unused = Unused(clock, report)
         self._gprims = Gprims(clock, report)
         self._round = Round()
@@ -121,31 +97,45 @@ class Traversal:
         result = Inherited()
         for path in prim.GetPath().GetPrefixes():
             each = self.stage.GetPrimAtPath(path)
-            names = each.GetAuthoredPropertyNames()
-            result = result.passed_on(each, self._types.of(each), names, self.clock)
+            authored = self._types.authored(each)
+            result = result.passed_on(each, self._types.of(each), authored, self.clock)
         return result
 
     def origin(self, path: Sdf.Path, frame: Frame, point: bool = False) -> Origin:
         """The origin of an edge that the prim at `path` made."""
-        return Origin(PrimPlace(self.name, str(path)), frame.base.label(path), point=point)
+        text = str(path)
+        return Origin(PrimPlace(self.name, text), frame.base.label(text), point=point)
 
     def walk(self, root: Any, above: Inherited, base: Base, *, inside: bool = False) -> Frame:
         """Walk the prims at and below `root`, or only those below it (`inside`)."""
         frame = Frame(base)
-        visits = self._visits(root, above, inside)
-        self.appearance.resolve(
-            visit.prim
-            for visit in visits
-            if visit.inherited.bound
-            and visit.inherited.visible
-            and (visit.instance or visit.type.imageable)
+        found = visits(
+            root,
+            above,
+            self._types,
+            self.clock,
+            self.report,
+            inside=inside,
+            instances=self._instances,
         )
-        for visit in visits[1:] if inside else visits:
-            self._draw(visit, frame)
+        self.appearance.resolve(
+            {
+                visit.path: visit.prim
+                for visit in found
+                if visit.inherited.bound
+                and visit.inherited.visible
+                and (visit.instance or visit.type.imageable)
+            },
+            previews=self._types.previews,
+        )
+        drawn = found[1:] if inside else found
+        cages = self._meshes.ahead(v for v in drawn if not v.mode and self._is_shown(v))
+        for visit in drawn:
+            self._draw(visit, frame, cages)
         reset_nodes: list[Node] = []
         # Children come after their parents: backwards, every prim finds its children's nodes.
-        for index in range(len(visits) - 1, -1, -1):
-            visit = visits[index]
+        for index in range(len(found) - 1, -1, -1):
+            visit = found[index]
             items = [*visit.own, *reversed(visit.below)]
             if index == 0 and inside:
                 frame.items += items
@@ -153,7 +143,7 @@ class Traversal:
             if not items:
                 continue
             placed, reset = items, False
-            if "xformOpOrder" in visit.names:
+            if visit.type.xformable and "xformOpOrder" in visit.authored:
                 steps, reset = local_steps(visit.prim, self.clock, self.report)
                 placed = _placed(items, steps) if steps else items
             if reset and not visit.prim.IsPseudoRoot():
@@ -161,7 +151,7 @@ class Traversal:
             elif index == 0:
                 frame.items += placed
             else:
-                visits[visit.parent].below += reversed(placed)
+                found[visit.above].below += reversed(placed)
         frame.hoisted += reversed(reset_nodes)
         return frame
 
@@ -189,44 +179,17 @@ class Traversal:
             )
         return _group([item for item in (node, hoisted) if item is not None]), frame.shared
 
-    def _visits(self, root: Any, above: Inherited, inside: bool) -> list[Visit]:
-        visits: list[Visit] = []
-        ancestors: list[int] = []
-        depth = root.GetPath().pathElementCount
-        prims = iter(Usd.PrimRange(root, PROTOTYPE if above.prototype else DRAWN))
-        for prim in prims:
-            path = prim.GetPath()
-            level = path.pathElementCount - depth
-            if level >= LEVELS:
-                message = f"prims nested more than {LEVELS} levels deep are left out"
-                self.report.add("usd-unsupported", message, path)
-                prims.PruneChildren()
-                continue
-            type, names = self._types.of(prim), prim.GetAuthoredPropertyNames()
-            del ancestors[level:]
-            parent = ancestors[-1] if ancestors else -1
-            passed = visits[parent].inherited if ancestors else above
-            at_base = inside and not visits
-            mode = "" if at_base else stand_in(prim)
-            inherited = passed if at_base else passed.passed_on(prim, type, names, self.clock)
-            instance = prim.IsInstance()
-            visits.append(Visit(prim, path, type, names, instance, parent, inherited, mode))
-            ancestors.append(len(visits) - 1)
-            if mode or (not at_base and (instance or type.instancer)):
-                prims.PruneChildren()
-        return visits
-
-    def _draw(self, visit: Visit, frame: Frame) -> None:
+    def _draw(self, visit: Visit, frame: Frame, cages: CagesAhead) -> None:
         """Make the nodes of one prim, in its own space."""
         prim, type, inherited = visit.prim, visit.type, visit.inherited
         if type.kind == "Camera" or type.light:
             if self._options.surroundings:
-                frame.placed.append(frame.base.label(visit.path))
+                frame.placed.append(frame.base.label(str(visit.path)))
             elif not type.gprim:
                 return
-        if inherited.visible and inherited.purpose in self._shown:
-            named = self._attributes(visit) if type.mesh else ()
-            self._unused.check(prim, type.kind, visit.names, named)
+        if self._is_shown(visit):
+            named = self._attributes(visit) if type.mesh and visit.authored.primvars else ()
+            self._unused.check(prim, type, visit.authored, named)
         if visit.mode:
             self._draw_stand_in(visit, frame)
             return
@@ -236,7 +199,7 @@ class Traversal:
             return
         if self._is_drawn(visit):
             if type.mesh:
-                self._draw_mesh(visit, frame)
+                self._draw_mesh(visit, frame, cages)
             elif type.kind in self._gprims:
                 self._draw_gprim(visit, frame)
             elif type.kind in _ROUND or type.kind == "NurbsPatch":
@@ -247,11 +210,16 @@ class Traversal:
         if visit.instance:
             self._draw_instance(visit, frame)
 
+    def _is_shown(self, visit: Visit) -> bool:
+        return visit.inherited.visible and visit.inherited.purpose in self._shown
+
     def _attributes(self, visit: Visit) -> Collection[str]:
-        """The attributes that the materials of a mesh read, if it has primvars."""
-        if not any(name.startswith("primvars:") for name in visit.names):
-            return ()
-        return self.appearance.attributes(visit.prim, self.binding(visit.prim, visit.inherited))
+        """The attributes that the materials of a mesh read."""
+        binding = self.binding(visit.prim, visit.inherited)
+        return self.appearance.attributes(binding, self._subsets(visit))
+
+    def _subsets(self, visit: Visit) -> list[Any]:
+        return self.appearance.subsets(visit.prim) if visit.parent else []
 
     def _is_drawn(self, visit: Visit) -> bool:
         type, inherited = visit.type, visit.inherited
@@ -268,8 +236,8 @@ class Traversal:
 
     def _is_skinned(self, visit: Visit, frame: Frame) -> bool:
         """Whether joints move a prim; animations are those of the instance around it."""
-        skinned = is_skinned(visit.prim, visit.names, visit.inherited.skeletal)
-        if skinned and visit.prim.IsInstanceProxy():
+        skinned = is_skinned(visit.prim, visit.authored, visit.inherited.skeletal)
+        if skinned and visit.proxy:
             frame.shared = False
         return skinned
 
@@ -277,9 +245,8 @@ class Traversal:
         return self._skinning.steps(visit.prim) if self._is_skinned(visit, frame) else ()
 
     def _draw_stand_in(self, visit: Visit, frame: Frame) -> None:
-        prim, inherited = visit.prim, visit.inherited
-        if inherited.visible and inherited.purpose in self._shown:
-            node = draw_stand_in(prim, visit.mode, self._shown, self.clock, self.report)
+        if self._is_shown(visit):
+            node = draw_stand_in(visit.prim, visit.mode, self._shown, self.clock, self.report)
             if node is not None:
                 origin = self.origin(visit.path, frame)
                 visit.own.append(Instances(node, Transform(), origin=origin))
@@ -294,7 +261,7 @@ class Traversal:
         steps += self._pose(visit, frame)
         visit.own.append(Instances(child, Transform(steps), origin=origin))
 
-    def _draw_mesh(self, visit: Visit, frame: Frame) -> None:
+    def _draw_mesh(self, visit: Visit, frame: Frame, cages: CagesAhead) -> None:
         prim = visit.prim
         binding = self.binding(prim, visit.inherited)
         display = None
@@ -305,7 +272,13 @@ class Traversal:
         skinned = self._is_skinned(visit, frame)
         origin = self.origin(visit.path, frame)
         for mesh, material in self._meshes.parts(
-            prim, visit.names, binding, display, frame.base, skinned=skinned
+            visit,
+            self._subsets(visit),
+            binding,
+            display,
+            frame.base,
+            cages,
+            skinned=skinned,
         ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
@@ -348,7 +321,7 @@ class Traversal:
             "native",
             prim.GetPrototype().GetPath(),
             inherited,
-            (binding is not None, binding is not None and binding.strong),
+            (binding is not None, self.appearance.is_strong(self.stage, binding)),
             path if inherited.collections else None,
         )
         base = Base(path, binding)
@@ -358,7 +331,7 @@ class Traversal:
         inner, node, hoisted = entry
         frame.shared = frame.shared and inner.shared
         if inner.placed:
-            label = frame.base.label(path)
+            label = frame.base.label(str(path))
             frame.placed += [label + relative for relative in inner.placed]
         material = self.material(prim, inherited, frame)
         origin = self.origin(path, frame)
@@ -371,8 +344,9 @@ class Traversal:
         self, key: tuple[object, ...], walk: Any, path: Sdf.Path
     ) -> tuple[Frame, Node | None, Node | None] | None:
         """The frame of that key with its nodes, walked at most once; None within itself."""
-        if key in self._frames:
-            return self._frames[key]
+        known = self._frames.get(key)
+        if known is not None:
+            return known
         if key in self._open:
             self.report.add("usd-instancer", "a prototype that contains itself is left out", path)
             return None
@@ -404,10 +378,11 @@ def _group(items: list[Node]) -> Node | None:
 
 def _placed(items: list[Node], steps: tuple[Step, ...]) -> list[Node]:
     """Items under one transform; a single edge takes the steps into its own chain."""
-    placed = Instances(Group(tuple(items)), Transform(steps))
     if len(items) == 1 and isinstance(items[0], Instances):
         only = items[0]
         chain = Transform(only.transform.steps + steps)
         placed = Instances(only.child, chain, only.indices, only.origin)
+    else:
+        placed = Instances(Group(tuple(items)), Transform(steps))
     flat = pressed(placed) if is_singular(steps) else None
     return [placed if flat is None else flat]

@@ -6,13 +6,13 @@ own. A value that is the schema's fallback says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 import numpy as np
-from pxr import UsdGeom, UsdLux
 
 from compiler.usd.clock import Clock
+from compiler.usd.prims import Authored, PrimType
 from compiler.usd.report import Report
 from compiler.usd.schema import BEVEL, EXACT_POINTS, EXACT_TRANSFORMS, SOLIDS, type_name
 
@@ -153,6 +153,7 @@ _READ: dict[str, set[str]] = {
         "faceVertexIndices",
         "holeIndices",
         "interpolateBoundary",
+        "normals",
         "orientation",
         "points",
         "subdivisionScheme",
@@ -235,30 +236,35 @@ class Unused:
     def __init__(self, clock: Clock, report: Report) -> None:
         self._clock = clock
         self._report = report
-        self._meant: dict[tuple[str, ...], frozenset[str]] = {}
+        self._suspects: dict[tuple[PrimType, Authored], tuple[str, ...]] = {}
 
-    def check(self, prim: Any, kind: str, names: list[str], named: Collection[str] = ()) -> None:
-        """Report the unread of a prim's authored properties `names`, if its type is known.
+    def check(
+        self, prim: Any, type: PrimType, authored: Authored, named: Collection[str] = ()
+    ) -> None:
+        """Report the unread of a prim's authored properties, if its type is known.
 
         Primvars that the materials of a mesh have `named` are read, and so are its normals.
         A prim whose whole type is unknown here is reported once, as a whole.
         """
+        kind = type.kind
         read = _READ.get(kind)
         if read is None:
             # Surfaces, lights and types of no schema are reported by whoever does not draw them.
-            known = prim.GetPrimTypeInfo().GetSchemaType()
-            if known and not prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI):
+            if type.known and not type.boundable and not type.light:
                 self._report.add("usd-unused", f"`{kind}` prims are not used", prim.GetPath())
             return
         if kind == "RenderVar" and self._clock.token(prim.GetAttribute("sourceName")) not in _GIVEN:
             message = "a `RenderVar` of another `sourceName` is not rendered"
             help = "an .exr file has `rgba`, `depth` and `normal`, and the numbers of instances"
             self._report.add("usd-unused", message, prim.GetPath(), help)
-        for name in self._meaningful(prim, kind, names):
-            if name in read or name in _OF_ALL or name.startswith(_ELSEWHERE):
-                continue
-            if name == "normals" and kind == "Mesh":
-                continue
+        suspects = self._suspects.get((type, authored))
+        if suspects is None:
+            suspects = self._suspects[type, authored] = tuple(
+                name
+                for name in _meaningful(prim, kind, authored.names)
+                if name not in read and name not in _OF_ALL and not name.startswith(_ELSEWHERE)
+            )
+        for name in suspects:
             if name == "primvars:normals" and kind == "Mesh" and not self._is_smooth(prim):
                 continue
             if name.removeprefix("primvars:") in named:
@@ -271,21 +277,6 @@ class Unused:
                 what = f"`{name}` of `{kind}` prims"
             mend = next((_MENDS[begin] for begin in _MENDS if name.startswith(begin)), None)
             self._report.add("usd-unused", f"{what} is not used", prim.GetPath(), mend)
-
-    def _meaningful(self, prim: Any, kind: str, authored: list[str]) -> Iterable[str]:
-        """What is authored and has a meaning by the prim's schemas, or is a primvar."""
-        if not authored:
-            return
-        schemas = (kind, *prim.GetAppliedSchemas())
-        if schemas not in self._meant:
-            self._meant[schemas] = frozenset(prim.GetPrimDefinition().GetPropertyNames())
-        light = any(schema.endswith("LightAPI") for schema in schemas) or kind.endswith("Light")
-        for name in authored:
-            if name.startswith("primvars:"):
-                if not name.endswith((":indices", ":lengths")):
-                    yield name
-            elif name in self._meant[schemas] and (light or not name.startswith("collection:")):
-                yield name
 
     def _is_smooth(self, prim: Any) -> bool:
         """Whether a mesh is a subdivision surface, whose normals USD says to ignore."""
@@ -304,3 +295,16 @@ class Unused:
             return False
         fallback = prim.GetPrimDefinition().GetAttributeFallbackValue(name)
         return fallback is None or not np.array_equal(value, fallback)
+
+
+def _meaningful(prim: Any, kind: str, authored: Iterable[str]) -> Iterator[str]:
+    """What is authored and has a meaning by the prim's schemas, or is a primvar."""
+    schemas = (kind, *prim.GetAppliedSchemas())
+    meant = frozenset(prim.GetPrimDefinition().GetPropertyNames())
+    light = any(schema.endswith("LightAPI") for schema in schemas) or kind.endswith("Light")
+    for name in authored:
+        if name.startswith("primvars:"):
+            if not name.endswith((":indices", ":lengths")):
+                yield name
+        elif name in meant and (light or not name.startswith("collection:")):
+            yield name

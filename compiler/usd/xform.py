@@ -9,32 +9,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Tf, UsdGeom
+from pxr import Gf, Sdf, Tf, UsdGeom, Vt
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from dsl.scene import FloatArray, Step, StepKind, Transform
 
-Op = UsdGeom.XformOp
+_INVERT = "!invert!"
 
 _UNIT = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-_TRANSLATE = {Op.TypeTranslateX: 0, Op.TypeTranslateY: 1, Op.TypeTranslateZ: 2}
-_SCALE = {Op.TypeScaleX: 0, Op.TypeScaleY: 1, Op.TypeScaleZ: 2}
+_TRANSLATE = {"translateX": 0, "translateY": 1, "translateZ": 2}
+_SCALE = {"scaleX": 0, "scaleY": 1, "scaleZ": 2}
 _ROTATE = {
-    Op.TypeRotateX: "X",
-    Op.TypeRotateY: "Y",
-    Op.TypeRotateZ: "Z",
-    Op.TypeRotateXYZ: "XYZ",
-    Op.TypeRotateXZY: "XZY",
-    Op.TypeRotateYXZ: "YXZ",
-    Op.TypeRotateYZX: "YZX",
-    Op.TypeRotateZXY: "ZXY",
-    Op.TypeRotateZYX: "ZYX",
+    f"rotate{axes}": axes for axes in ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 }
 """The axes in the order in which the rotations apply to a point."""
+
+_KINDS = {"translate", *_TRANSLATE, "scale", *_SCALE, *_ROTATE, "orient", "transform"}
+"""What may follow `xformOp:` in the name of an operation."""
 
 UNIT_SLACK = 2.0**-8
 """Quaternions whose squared length is this near to 1 count as unit: the rounding of halfs.
@@ -59,16 +56,64 @@ def unit_quaternions(quaternions: FloatArray) -> FloatArray:
     return result
 
 
+@dataclass(frozen=True, slots=True)
+class NamedOp:
+    """An operation by its name in `xformOpOrder`: of a kind, and of which attribute."""
+
+    name: str
+    kind: str
+    attribute: str
+    inverse: bool
+
+
 def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ...], bool]:
-    """Steps of a prim's own transform, and whether it resets those of its parents."""
-    xformable = UsdGeom.Xformable(prim)
-    if not xformable:
-        return (), False
+    """Steps of an Xformable prim's own transform, and whether it resets those of its parents."""
+    found = _attributes(prim)
+    reset = False
+    if found is None:
+        xformable = UsdGeom.Xformable(prim)
+        ops = _ordered_ops(xformable, report)
+        found = [
+            (NamedOp(op.GetOpName(), _kind(op.GetOpName()), "", op.IsInverseOp()), op.GetAttr())
+            for op in ops
+        ]
+        reset = bool(xformable.GetResetXformStack())
     steps: list[Step] = []
-    for op in reversed(_ordered_ops(xformable, report)):
-        own = _op_steps(op, clock.value(op.GetAttr()), prim, report)
-        steps += Transform(own).inverted().steps if op.IsInverseOp() else own
-    return tuple(steps), bool(xformable.GetResetXformStack())
+    for op, attribute in reversed(found):
+        own = _op_steps(op, clock.plain(attribute), prim, report)
+        steps += Transform(own).inverted().steps if op.inverse else own
+    return tuple(steps), reset
+
+
+def _attributes(prim: Any) -> list[tuple[NamedOp, Any]] | None:
+    """A prim's operations with their attributes; None where usd-core has to say what they are."""
+    order = prim.GetAttribute("xformOpOrder").Get()
+    if not isinstance(order, Vt.TokenArray):
+        return None
+    # Iterators of usd-core's arrays cost microseconds.
+    ops = _named_ops(tuple([order[n] for n in range(len(order))]))
+    if ops is None:
+        return None
+    found = [(op, prim.GetAttribute(op.attribute)) for op in ops]
+    return found if all(attribute for _, attribute in found) else None
+
+
+@lru_cache(4096)
+def _named_ops(order: tuple[str, ...]) -> tuple[NamedOp, ...] | None:
+    """The operations of an `xformOpOrder`; None if not all names are those of one."""
+    found = []
+    for name in order:
+        attribute, kind = name.removeprefix(_INVERT), _kind(name)
+        if kind not in _KINDS or not Sdf.Path.IsValidNamespacedIdentifier(attribute):
+            return None
+        found.append(NamedOp(name, kind, attribute, attribute != name))
+    return tuple(found)
+
+
+def _kind(name: str) -> str:
+    """The kind of an operation of that name; "" for what is not a name of one."""
+    space, kind, *_ = (*name.removeprefix(_INVERT).split(":"), "")
+    return kind if space == "xformOp" else ""
 
 
 def world_steps(prim: Any, clock: Clock, report: Report) -> tuple[Step, ...]:
@@ -110,47 +155,47 @@ def _up(prim: Any) -> Iterator[Any]:
         prim = prim.GetParent()
 
 
-def _op_steps(op: Any, value: Any, prim: Any, report: Report) -> tuple[Step, ...]:
+def _op_steps(op: NamedOp, value: Any, prim: Any, report: Report) -> tuple[Step, ...]:
     """Steps of one operation, never inverted; none for one without a usable value."""
     if value is None:
         return ()
-    kind = op.GetOpType()
+    kind = op.kind
     try:
         numbers = _numbers(kind, value)
     except (TypeError, ValueError, AttributeError):
         numbers = np.array([np.nan])
     if not np.isfinite(numbers).all():
-        message = f"`{op.GetOpName()}` has no finite value of its type and is left out"
+        message = f"`{op.name}` has no finite value of its type and is left out"
         report.add("usd-transform", message, prim.GetPath())
         return ()
     if kind in _ROTATE:
         axes = _ROTATE[kind]
         angles = dict(zip("XYZ", numbers, strict=True)) if len(axes) == 3 else {axes: numbers[0]}
         return tuple(rotation(axis, float(angles[axis])) for axis in axes)
-    if kind == Op.TypeTranslate or kind in _TRANSLATE:
+    if kind == "translate" or kind in _TRANSLATE:
         return (Step(StepKind.TRANSLATE, numbers),)
-    if kind == Op.TypeScale or kind in _SCALE:
+    if kind == "scale" or kind in _SCALE:
         return (Step(StepKind.SCALE, numbers),)
-    if kind == Op.TypeOrient:
+    if kind == "orient":
         return (Step(StepKind.ROTATE, _axis_angle(numbers)),)
     rows = numbers.reshape(4, 4)
     if not np.array_equal(rows[:, 3], (0.0, 0.0, 0.0, 1.0)):
-        message = f"`{op.GetOpName()}` is projective; only its affine part is used"
+        message = f"`{op.name}` is projective; only its affine part is used"
         report.add("usd-transform", message, prim.GetPath())
     return (Step(StepKind.MATRIX, np.ascontiguousarray(rows[:, :3].T).ravel()),)
 
 
-def _numbers(kind: Any, value: Any) -> FloatArray:
+def _numbers(kind: str, value: Any) -> FloatArray:
     if kind in _TRANSLATE:
         numbers = np.zeros(3)
         numbers[_TRANSLATE[kind]] = value
     elif kind in _SCALE:
         numbers = np.ones(3)
         numbers[_SCALE[kind]] = value
-    elif kind == Op.TypeOrient:
+    elif kind == "orient":
         numbers = np.array([*value.GetImaginary(), value.GetReal()], dtype=np.float64)
     else:
-        numbers = np.atleast_1d(np.array(value, dtype=np.float64)).ravel()
+        numbers = np.array(value, dtype=np.float64, ndmin=1).ravel()
     return numbers
 
 
