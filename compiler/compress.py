@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler.provenance import Origins
 from compiler.walk import Walk
-from dsl.records import value
+from dsl.records import node, value
 from dsl.scene import Bind, Group, Instances, IntArray, Material, Node, Origin, Step, Transform
 
 # A run this long below a node with several parents is composed once, not once for each parent.
@@ -45,18 +45,16 @@ def combined(outer: int, inner: int) -> int:
     return outer if outer < NO_MATERIAL or inner == NO_MATERIAL else inner
 
 
-class Leaf(NamedTuple):
+@value
+class Leaf:
     """What a node is that has nothing below it: a number, and a scale that comes before all."""
 
     number: int
     size: Transform | None = None
 
 
-class Segment(NamedTuple):
-    """One step of an object path: an index of origins, and its number among siblings or -1."""
-
-    origin: int
-    number: int
+Segment = tuple[int, int]
+"""One step of an object path: an index of origins, and its number among siblings or -1."""
 
 
 @value
@@ -101,7 +99,8 @@ _Link = tuple[T, "_Link[T] | None"]
 """A list that shares its tail: the head, outermost first, and what follows."""
 
 
-class _Run(NamedTuple):
+@node
+class _Run:
     """An edge in the making: what is above may still be added."""
 
     target: int
@@ -124,11 +123,11 @@ def compress(
     """
     maker = _Compressor(walk, leaf, material, origins)
     runs: dict[int, _Run | None] = {}
-    for node in walk.order:
-        run = maker.run(node, runs)
-        if run and run.length >= _LONG and walk.references.get(id(node), 0) > 1:
+    for each in walk.order:
+        run = maker.run(each, runs)
+        if run and run.length >= _LONG and walk.references.get(id(each), 0) > 1:
             run = maker.close(run)
-        runs[id(node)] = run
+        runs[id(each)] = run
     root = runs[id(walk.root)]
     maker.branch([maker.edge(root)] if root else [])
     return maker.branches
@@ -173,8 +172,9 @@ class _Compressor:
         if isinstance(node, Bind):
             code = self.material(node.material)
             outer = overriding(code) if node.override else code
-            run = run._replace(material=combined(outer, run.material))
-        return run._replace(segments=self.segments(run.target, run.segments, node.origin))
+            run = replace(run, material=combined(outer, run.material))
+        segments = self.segments(run.target, run.segments, node.origin)
+        return run if segments is run.segments else replace(run, segments=segments)
 
     def placed(self, node: Instances, run: _Run | None) -> _Run | None:
         """The run that `node` heads over that of its child; no lanes place nothing."""
@@ -202,7 +202,7 @@ class _Compressor:
         if origin is None or not (origin.label or (target >= 0 and below is None)):
             return below
         index = -1 if origin.index is None else origin.index
-        return (Segment(self.origins.index(origin), index), below)
+        return (self.origins.index(origin), index), below
 
     def edge(self, run: _Run) -> Edge:
         """The finished edge of a run that holds no batch."""
@@ -211,7 +211,7 @@ class _Compressor:
             target=run.target,
             chain=self.chain(Chain(steps, 1)) if steps else -1,
             material=run.material,
-            segments=tuple(_items(run.segments)),
+            segments=_items(run.segments),
         )
 
     def close(self, run: _Run) -> _Run:
@@ -237,13 +237,13 @@ class _Compressor:
             chain=self.chain(Chain(steps, count, tuple(apart[::-1]))),
             count=count,
             material=run.material,
-            segments=tuple(_items(run.segments)),
+            segments=_items(run.segments),
             batch=self.origins.index(node.origin) if node.origin and labelled else -1,
             indices=node.indices if labelled else None,
         )
         if count == 1 and batch.batch >= 0:
             number = int(batch.indices[0]) if batch.indices is not None else 0
-            segments = (Segment(batch.batch, number), *batch.segments)
+            segments = ((batch.batch, number), *batch.segments)
             batch = replace(batch, segments=segments, batch=-1, indices=None)
         return _Run(~self.branch([batch]))
 
@@ -280,17 +280,21 @@ def _lanes(node: Node) -> int:
     return 1 if count is None else count
 
 
-def _items(link: _Link[T] | None) -> Iterable[T]:
+def _items(link: _Link[T] | None) -> tuple[T, ...]:
+    items: list[T] = []
     while link:
         head, link = link
-        yield head
+        items.append(head)
+    return tuple(items)
 
 
 def _steps(transforms: _Link[Transform] | None) -> tuple[Step, ...]:
     if transforms is not None and transforms[1] is None:
         return transforms[0].steps
-    outermost_first = list(_items(transforms))
-    return tuple(step for transform in reversed(outermost_first) for step in transform.steps)
+    steps: list[Step] = []
+    for transform in reversed(_items(transforms)):
+        steps += transform.steps
+    return tuple(steps)
 
 
 def _first_lane(transform: Transform) -> Transform:

@@ -173,7 +173,7 @@ def _place(branches: Branches, branch: int, origins: Origins) -> Place | None:
         if edge.batch >= 0:
             return origins.places[edge.batch]
         if edge.segments:
-            return origins.places[edge.segments[0].origin]
+            return origins.places[edge.segments[0][0]]
     return None
 
 

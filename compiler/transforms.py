@@ -178,7 +178,8 @@ def _elementary_lanes(steps: Sequence[Step]) -> Placement:
         by_kind.setdefault((step.kind, step.inverse), []).append(lane)
     parts = []
     for (kind, inverse), lanes in by_kind.items():
-        placement = elementary(kind, np.array([steps[lane].values for lane in lanes]))
+        values = np.concatenate([steps[lane].values for lane in lanes]).reshape(len(lanes), -1)
+        placement = elementary(kind, values)
         parts.append((placement.inverted() if inverse else placement, np.array(lanes)))
     return scatter_placements(parts, len(steps)) if parts else STILL
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from dsl.diagnostics import Diagnostic
-from dsl.scene import Bind, File, Group, Instances, Node
+from dsl.scene import Bind, File, Group, Instances, Node, Shape
 
 Load = Callable[[File], tuple[Node | None, list[Diagnostic]]]
 """Reads the object of a file; None and an error among the diagnostics if that fails."""
@@ -55,6 +55,9 @@ def walk(root: Node, load: Load) -> Walk:
         if id(node) in entered:
             continue
         entered.add(id(node))
+        if type(node) is Shape:
+            result.order.append(node)
+            continue
         if isinstance(node, File):
             key = (node.kind, node.path, node.prim, node.folder)
             if key not in read:

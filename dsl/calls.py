@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from dsl import ast
@@ -22,6 +23,7 @@ Form = Callable[[], str]
 
 
 Arguments = Sequence[ast.Argument]
+_NAME = attrgetter("name")
 
 
 class _Way(NamedTuple):
@@ -76,7 +78,7 @@ def assign(
     name: str, parameters: tuple[str, ...], arguments: Arguments, form: Form
 ) -> Sequence[int]:
     """The place of the argument for each parameter, or -1; a fault for one that fits nowhere."""
-    places = _places(parameters, tuple([argument.name for argument in arguments]), range(0))
+    places = _places(parameters, tuple(map(_NAME, arguments)), range(0))
     if places is None:
         raise _misfit(name, parameters, arguments, form)
     return places
@@ -149,7 +151,7 @@ def call_builtin(builtin: Builtin, given: Sequence[Value], site: Site) -> Value:
         if value is POISON:
             raise Poisoned
     arguments = site.arguments
-    site.way = way = _choose(builtin, tuple([argument.name for argument in arguments]))
+    site.way = way = _choose(builtin, tuple(map(_NAME, arguments)))
     signature = way.signature
     if way.parameters is None:
         raise _unplaced(builtin, way, arguments)

@@ -11,7 +11,7 @@ from dsl.faults import Fault, Poisoned, source_text
 from dsl.lanes import varies
 from dsl.run import Run, Task
 from dsl.spans import Span
-from dsl.suffixes import field, file_member, item, movable, suffix_call
+from dsl.suffixes import field, file_member, item, suffix_call
 from dsl.transforms import PLACE
 from dsl.values import (
     POISON,
@@ -24,6 +24,8 @@ from dsl.values import (
     Scope,
     Value,
     Vector,
+    is_movable,
+    is_node,
     type_name,
 )
 
@@ -32,53 +34,58 @@ def chain(run: Run, node: ast.Chain, scope: Scope) -> Task:
     """A base with its suffixes in reading order; neighbouring maps of an object become one node."""
     begun = run.begin(node.base, scope)
     value: Value = (yield begun) if type(begun) is GeneratorType else begun
-    name = node.base.name if isinstance(node.base, ast.Name) else "this"
+    name = node.base.name if type(node.base) is ast.Name else "this"
     steps: list[scene.Step] | None = None  # maps that are not yet applied to the value
-    suffixes = iter(zip(node.suffixes, (*node.suffixes[1:], None), strict=True))
-    for suffix, following in suffixes:
+    suffixes, place = node.suffixes, 0
+    while place < len(suffixes):
         if value is POISON:
             raise Poisoned
-        if type(suffix) is ast.Member and type(following) is ast.Call and type(value) is not File:
-            next(suffixes)
-            given: list[Value] = []
-            while task := _argued(run, following, scope, given):
-                given.append((yield task))
-            site = _site(run, suffix.name, node.span, following)
-            builtin = PLACE.get(suffix.name)
-            if builtin is not None and movable(value):
-                transform = call_builtin(builtin, given, site)
-                assert isinstance(transform, scene.Transform)
-                steps = [] if steps is None else steps
-                steps += transform.steps
-                run.spend(len(transform.steps), node.span)
-                continue
+        suffix = suffixes[place]
+        place += 1
+        member: ast.Member | None = None
+        if type(suffix) is ast.Member and type(value) is not File and place < len(suffixes):
+            following = suffixes[place]
+            if type(following) is ast.Call:
+                member, suffix = suffix, following
+                place += 1
+        if member is None:
             value, steps = _placed(run, value, steps, node.span), None
-            value = suffix_call(value, suffix, given, site)
-            if isinstance(value, scene.Node):
-                run.made(value, node.span)
-            elif isinstance(value, scene.Transform):
-                run.check_length(len(value.steps), node.span)
-            continue
-        value, steps = _placed(run, value, steps, node.span), None
-        match suffix:
-            case ast.Call():
-                given = []
-                while task := _argued(run, suffix, scope, given):
-                    given.append((yield task))
-                span = node.span
-                if following is not None:
-                    span = Span(span.source, span.start, suffix.span.end)
-                if isinstance(value, Closure):
-                    value = yield from _call_closure(run, value, given, suffix, span)
-                else:
-                    value = _called(run, value, name, given, suffix, span)
-            case ast.Member() if isinstance(value, File):
-                value, name = file_member(value, suffix), suffix.name
-            case ast.Member():
-                value = field(value, suffix)
-            case ast.Index():
-                index = yield suffix.index, scope
-                value = item(value, index, suffix)
+        if isinstance(suffix, ast.Call):
+            given: list[Value] = []
+            for argument in suffix.arguments:
+                begun = run.begin(argument.value, scope)
+                given.append((yield begun) if type(begun) is GeneratorType else begun)
+            if member is not None:
+                site = _site(run, member.name, node.span, suffix)
+                builtin = PLACE.get(member.name)
+                if builtin is not None and is_movable(value):
+                    transform = call_builtin(builtin, given, site)
+                    assert isinstance(transform, scene.Transform)
+                    steps = [] if steps is None else steps
+                    steps += transform.steps
+                    run.spend(len(transform.steps), node.span)
+                    continue
+                value, steps = _placed(run, value, steps, node.span), None
+                value = suffix_call(value, member, given, site)
+                if is_node(value):
+                    run.made(value, node.span)
+                elif isinstance(value, scene.Transform):
+                    run.check_length(len(value.steps), node.span)
+                continue
+            span = node.span
+            if place < len(suffixes):
+                span = Span(span.source, span.start, suffix.span.end)
+            if isinstance(value, Closure):
+                value = yield from _call_closure(run, value, given, suffix, span)
+            else:
+                value = _called(run, value, name, given, suffix, span)
+        elif isinstance(suffix, ast.Index):
+            index = yield suffix.index, scope
+            value = item(value, index, suffix)
+        elif isinstance(value, File):
+            value, name = file_member(value, suffix), suffix.name
+        else:
+            value = field(value, suffix)
     return _placed(run, value, steps, node.span)
 
 
@@ -90,20 +97,10 @@ def _placed(run: Run, value: Value, steps: list[scene.Step] | None, span: Span) 
     transform = scene.Transform(tuple(steps))
     if run.lanes is not None and (isinstance(value, Objects) or varies(transform)):
         return batches.placed(value, transform, run.lanes.count)
-    assert isinstance(value, scene.Node)
+    assert is_node(value)
     if run.lanes is not None:
         batches.check_length(value, len(steps))
     return run.made(scene.Instances(value, transform, origin=scene.Origin(span)), span)
-
-
-def _argued(run: Run, call: ast.Call, scope: Scope, given: list[Value]) -> Task | None:
-    """Add the values of a call's arguments to those that are known; or what the next one needs."""
-    for argument in call.arguments[len(given) :]:
-        begun = run.begin(argument.value, scope)
-        if type(begun) is GeneratorType:
-            return begun
-        given.append(begun)
-    return None
 
 
 def _site(run: Run, name: str, span: Span, call: ast.Call) -> Site:
@@ -116,7 +113,7 @@ def _called(
     """What a builtin gives; `span` is the text from the start of the chain."""
     if isinstance(value, Builtin):
         result = call_builtin(value, given, _site(run, name, span, call))
-        return run.made(result, span) if isinstance(result, scene.Node) else result
+        return run.made(result, span) if is_node(result) else result
     callee = Span(span.source, span.start, call.span.start)
     raise Fault(
         "type-not-callable",

@@ -160,6 +160,11 @@ class ExpressionParser(TokenReader, ABC):
         start = self.position
         kind = self.kinds[start]
         following = self.kinds[start + 1] if kind != "end" else kind
+        make = _SINGLE.get(kind)
+        if make is not None and (following == "," or following == ")"):
+            self.position += 1
+            span = Span(self.source, self.starts[start], self.ends[start])
+            return ast.Argument(span, None, None, make(span, self.values[start]))
         name, name_span = None, None
         if following == ":" and self.is_word(start):
             self.position += 2

@@ -103,7 +103,8 @@ def operation(run: Run, node: ast.Operation, scope: Scope) -> Task:
     left_node = node.operands[0]
     begun = run.begin(left_node, scope)
     left: Value = (yield begun) if type(begun) is GeneratorType else begun
-    for op, right_node in zip(node.operators, node.operands[1:], strict=True):
+    for place, op in enumerate(node.operators, 1):
+        right_node = node.operands[place]
         if op.symbol in ("and", "or"):
             subject = f"an operand of `{op.symbol}`"
             if isinstance(left, Truths):

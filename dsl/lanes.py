@@ -55,12 +55,14 @@ class Lanes:
 
     def selection(self, count: int) -> IntArray:
         """The lanes that these are of those around them that have that count."""
-        selection, lanes = np.arange(self.count), self
+        selection: IntArray | None = None
+        lanes = self
         while lanes.count != count:
             if lanes.parent is None or lanes.chosen is None:
                 raise Sequential
-            selection, lanes = lanes.chosen[selection], lanes.parent
-        return selection
+            selection = lanes.chosen if selection is None else lanes.chosen[selection]
+            lanes = lanes.parent
+        return np.arange(self.count) if selection is None else selection
 
     def narrowed(self, value: Any) -> Any:
         """A value from outside of the conditions, in the lanes where they hold."""
@@ -337,6 +339,7 @@ def of_lanes(step: scene.Step, lanes: IntArray | NDArray[np.bool_]) -> scene.Ste
 def stacked(values: Sequence[Any]) -> FloatArray:
     """The values of a step, `(k,)`, or `(n, k)`, column by column, where one of them has lanes."""
     try:
-        return np.array(values, dtype=np.float64).T
+        columns = np.array(values, np.float64)
+        return columns if columns.ndim == 1 else columns.T
     except ValueError:  # numbers beside arrays
         return np.stack(np.broadcast_arrays(*values)).T

@@ -34,14 +34,14 @@ from dsl.values import (
     Builtin,
     Closure,
     File,
-    InScene,
     Interval,
     List,
     Objects,
-    Placeable,
     Scope,
     Value,
     Vector,
+    is_node,
+    is_placeable,
     type_name,
 )
 
@@ -112,10 +112,11 @@ def _at_once(
     """The loop's value from one evaluation of its body for all iterations; or Sequential."""
     every = lanes.Lanes(np.arange(total))
     variables = Scope(scope)
-    within = total
+    around, within = 1, total
     for variable, values in zip(node.variables, ranges, strict=True):
         within //= len(values)
-        number = every.numbers // within % len(values)
+        number = np.tile(np.repeat(np.arange(len(values)), within), around)
+        around *= len(values)
         if isinstance(values, range):
             if max(abs(values[0]), abs(values[-1])) > 2**53:
                 raise Sequential
@@ -151,7 +152,7 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
         try:
             match statement:
                 case ast.Function():
-                    pass
+                    continue
                 case ast.Let():
                     value = yield statement.value, scope.inside()
                 case ast.Use():
@@ -159,21 +160,17 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
                 case ast.Param():
                     value = yield from _param(run, statement, scope)
                 case _:
-                    inside = scope if isinstance(statement, _EMITTING) else scope.inside()
+                    inside = scope if type(statement) in _EMITTING else scope.inside()
                     begun = run.begin(statement, inside)
                     value = (yield begun) if type(begun) is GeneratorType else begun
                     value = _emitted(run, value, statement, scope, grouped)
         except (Fault, Poisoned) as fault:
             run.record(fault)
-        if isinstance(statement, _Evaluated):
+        if isinstance(statement, ast.Definition):
             scope.values[run.definitions[statement]] = value
-        elif not isinstance(statement, ast.Function):
+        else:
             emitted.append(value)
     return emitted
-
-
-_Evaluated = ast.Let | ast.Use | ast.Param
-"""Definitions that name a value when they are reached."""
 
 
 def _param(run: Run, statement: ast.Param, scope: Scope) -> Task:
@@ -232,19 +229,19 @@ def _emitted(
     run: Run, value: Value, statement: ast.Expression, scope: Scope, grouped: bool
 ) -> Value:
     """What an expression statement adds to a scene; in a group it must be a scene value."""
-    if not isinstance(statement, _EMITTING):
-        if isinstance(value, Placeable):
+    if type(statement) not in _EMITTING:
+        if is_placeable(value):
             value = _labelled(run, value, statement, scope)
-        if scope.index == EVERY and isinstance(value, scene.Node):
+        if scope.index == EVERY and is_node(value):
             raise Sequential  # it is the same in every iteration and has no name
     if value is POISON:
         raise Poisoned
-    if grouped and not isinstance(value, InScene):
+    if grouped and not is_node(value) and not isinstance(value, Objects):
         raise no_scene_value(value, statement)
     return value
 
 
-_EMITTING = ast.If | ast.Block
+_EMITTING = frozenset((ast.If, ast.Block))
 """What emits what it contains, with the same index."""
 
 

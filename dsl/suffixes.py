@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import get_args
 
 import numpy as np
 
@@ -28,19 +27,13 @@ from dsl.values import (
     List,
     Object,
     Objects,
-    Placeable,
     Value,
     Vector,
     format_number,
+    is_movable,
+    is_placeable,
     type_name,
 )
-
-_MOVABLE = frozenset((*get_args(scene.Node), Objects)) - {scene.Settings}
-
-
-def movable(value: Value) -> bool:
-    """Whether the suffix calls of `PLACE` apply: to objects, lights and cameras."""
-    return type(value) in _MOVABLE
 
 
 def field(value: Value, member: ast.Member) -> Value:
@@ -123,7 +116,7 @@ def suffix_call(value: Value, member: ast.Member, given: Sequence[Value], site: 
             raise Fault("type-too-many-arguments", "`inverse` takes no arguments", first)
         return value.inverted()
     builtin = {"material": BIND, "override": OVERRIDE}.get(member.name)
-    if builtin is not None and isinstance(value, Placeable):
+    if builtin is not None and is_placeable(value):
         material = call_builtin(builtin, given, site)
         if isinstance(value, Objects) or isinstance(material, Choice):
             return bound(value, material, member.name == "override", site.span)
@@ -152,7 +145,7 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
             known = ("inverse",)
         case _ if isinstance(value, Object):
             known = (*PLACE, "material", "override")
-        case _ if movable(value):
+        case _ if is_movable(value):
             known = tuple(PLACE)
     if isinstance(value, Builtin | Closure) and name in (*PLACE, "material", "override"):
         help: str | None = f"call it first: `{_called(value)}().{name}(…)`"

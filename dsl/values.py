@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -241,8 +241,24 @@ Value = (
 Object = scene.Shape | scene.Mesh | scene.File | scene.Group | scene.Instances | scene.Bind
 """What can be placed and have a material."""
 Placeable = Object | Objects
-InScene = scene.Node | Objects
-"""What a scene can contain, in every lane or the same in all."""
+_NODES = frozenset(get_args(scene.Node))
+_PLACEABLE = frozenset((*get_args(Object), Objects))
+
+
+def is_node(value: Value) -> TypeGuard[scene.Node]:
+    """Whether a value is a part of a scene, the same in all lanes."""
+    return type(value) in _NODES
+
+
+def is_placeable(value: Value) -> TypeGuard[Placeable]:
+    """Whether a value is an object, in every lane or the same in all."""
+    return type(value) in _PLACEABLE
+
+
+def is_movable(value: Value) -> TypeGuard[scene.Node | Objects]:
+    """Whether maps apply to a value: objects, lights and cameras."""
+    return (type(value) in _NODES and type(value) is not scene.Settings) or type(value) is Objects
+
 
 _NAMES: dict[type, str] = {
     float: "a number",

@@ -222,7 +222,7 @@ class _Writer:
 
     def _label(self, edge: Edge) -> str:
         """What the object path calls an edge's target, if anything."""
-        numbers = [segment.origin for segment in edge.segments]
+        numbers = [origin for origin, _ in edge.segments]
         numbers += [edge.batch] if edge.batch >= 0 else []
         return next((self._words[n] for n in reversed(numbers) if self._words[n]), "")
 

@@ -204,10 +204,10 @@ class Writer:
     def _name(self, edge: Edge, *, numbered: bool = False) -> str:
         """A name from the object path."""
         words = []
-        for segment in edge.segments:
-            if label := self._labels[segment.origin]:
-                number = f"_{segment.number}" if segment.number >= 0 and numbered else ""
-                words.append(identifier(label) + number)
+        for origin, number in edge.segments:
+            if label := self._labels[origin]:
+                suffix = f"_{number}" if number >= 0 and numbered else ""
+                words.append(identifier(label) + suffix)
         if edge.batch >= 0 and (label := self._labels[edge.batch]):
             words.insert(0, identifier(label))
         return "_".join(words) or self._target_name(edge.target)
@@ -217,7 +217,7 @@ class Writer:
 
 
 def _alike(a: Edge, b: Edge) -> bool:
-    names = [[segment.origin for segment in edge.segments] for edge in (a, b)]
+    names = [[origin for origin, _ in edge.segments] for edge in (a, b)]
     return a.target == b.target and a.material == b.material and names[0] == names[1]
 
 
