@@ -2,8 +2,8 @@
 
 Stages of 10³ to 10⁶ point instances (positions, scales and orientations of two prototypes), native
 instances, distinct prims, and faces of one mesh, polygons and cages, are written, read by usd-core
-alone, and compiled, each in a process of its own. Memory counts from where usd-core has the stage open and
-every attribute read. `--plot FILE` draws the growth.
+alone, and compiled, each in a process of its own. Memory counts from where usd-core has the stage
+open and every attribute read. `--plot FILE` draws the growth.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """How deep layers nest: usd-core reads their text by recursion, and crashes where that ends.
 
 Brackets are counted wherever they stand, in strings and comments too: what counts as too deep is
-far more than any text needs. Of crate files (`compiler.usd.crates`) values are looked at; layers
-that they name are not.
+far more than any text needs. Of crate files (`compiler.usd.crates`) values are looked at.
 """
 
 from __future__ import annotations
@@ -11,12 +10,15 @@ import os
 import re
 import zipfile
 from collections.abc import Iterator
+from glob import escape
+from itertools import islice
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
 from compiler.usd import crates
+from compiler.usd.tokens import crate_text
 
 DEEPEST = 5000
 """Levels of brackets that are read; usd-core crashes at some tens of thousands."""
@@ -28,6 +30,10 @@ _MAGIC = b"#usda"
 _SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 _BLOCK = 1 << 22
 _ASSET = re.compile(rb"@([^@\r\n]{1,4096})@")
+_PATTERN = re.compile(rb"[\"']([^\"'\r\n\0]{0,4096}#[^\"'\r\n\0]{0,4096})[\"']")
+_LAYER = re.compile(rb"\.usd[acz]?(:|$)", re.IGNORECASE)
+_NUMBER = re.compile(r"#+(\.#+)?")
+"""Where the paths of value clips have the time."""
 
 _STEPS = np.zeros(256, dtype=np.int8)
 _STEPS[list(b"([{")] = 1
@@ -37,7 +43,7 @@ _STEPS[list(b")]}")] = -1
 def too_deep(path: str) -> str | None:
     """The first layer that is too deep to be read: a file, those its text names, and so on.
 
-    All that a text names in a folder beside it, of other variants too, and all of a package.
+    All that a layer names, of other variants and value clips too, and all of a package.
     """
     pending, seen = [path], {path}
     for file in pending:
@@ -45,12 +51,23 @@ def too_deep(path: str) -> str | None:
         if _nests_too_deep(file, named):
             return file
         for asset in sorted(named):
-            name = os.fsdecode(asset.split(b":SDF_FORMAT_ARGS:")[0])
-            found = os.path.normpath(Path(file).parent / name)
-            if found not in seen and found.lower().endswith(_SUFFIXES) and len(seen) < LAYERS:
-                seen.add(found)
-                pending.append(found)
+            for found in _files(file, os.fsdecode(asset.split(b":SDF_FORMAT_ARGS:")[0])):
+                if found not in seen and len(seen) < LAYERS:
+                    seen.add(found)
+                    pending.append(found)
     return None
+
+
+def _files(layer: str, asset: str) -> list[str]:
+    """The layers that an asset path of a layer stands for; of a pattern of clips, all there are."""
+    found = os.path.normpath(Path(layer).parent / asset)
+    if not found.lower().endswith(_SUFFIXES):
+        return []
+    name = Path(found).name
+    if "#" not in name:
+        return [found]
+    clips = Path(found).parent.glob(_NUMBER.sub("*", escape(name)))
+    return sorted(str(clip) for clip in islice(clips, LAYERS))
 
 
 def nests_too_deep(path: str) -> bool:
@@ -59,11 +76,11 @@ def nests_too_deep(path: str) -> bool:
 
 
 def _nests_too_deep(path: str, named: set[bytes]) -> bool:
-    """The same; adds the assets that a text names."""
+    """The same; adds the assets that its layers name."""
     try:
         if path.lower().endswith(".usdz"):
             with zipfile.ZipFile(path) as package:
-                return any(_is_deep(layer, set()) for layer in _layers(package))
+                return any(_is_deep(layer, named) for layer in _layers(package))
         with Path(path).open("rb") as file:
             return _is_deep(file, named)
     except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError, RuntimeError):
@@ -82,12 +99,15 @@ def _is_deep(file: IO[bytes], named: set[bytes]) -> bool:
     block = file.read(len(crates.MAGIC))
     file.seek(0)
     if block == crates.MAGIC:
+        named.update(name for name in crate_text(file).split(b"\0") if _LAYER.search(name))
+        file.seek(0)
         return crates.crate_nests_too_deep(file, DEEPEST)
     if not block.startswith(_MAGIC):
         return False
     level = 0
     while block := file.read(_BLOCK):
         named.update(_ASSET.findall(block))
+        named.update(_PATTERN.findall(block))
         # Most blocks cannot get that deep, and need no sum.
         opened = sum(block.count(bracket) for bracket in (b"(", b"[", b"{"))
         closed = sum(block.count(bracket) for bracket in (b")", b"]", b"}"))

@@ -7,6 +7,7 @@ import re
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 
 import ovolo
 from compiler.usd import import_stage
+from compiler.usd.tokens import crate_text
 from dsl.diagnostics import CompileError
 from tests.compiler.usd_stages.crate_files import DICTIONARY, UNREGISTERED, nested_values
 
@@ -112,6 +114,82 @@ def test_values_of_crates_that_nest_too_deep_are_refused(tmp_path: Path, kind: i
     assert [d.message for d in import_stage(layer)[1]] == [
         "layer `deep.usdc` nests deeper than 5000 levels"
     ]
+
+
+ARCS = {
+    "sublayer": "(subLayers = [@deep.usda@])\n",
+    "reference": 'def "p" (references = @./deep.usda@) {\n}\n',
+    "payload": 'def "p" (payload = @deep.usda@</x>) {\n}\n',
+    "variant": """def "p" (variants = { string v = "a" }
+    add variantSets = "v") {
+    variantSet "v" = {
+        "a" {
+        }
+        "b" (references = @deep.usda@) {
+        }
+    }
+}
+""",
+    "clip": """def "p" (clips = { dictionary default = { asset[] assetPaths = [@deep.usda@] } }) {
+}
+""",
+    "template": """def "p" (clips = {
+    dictionary default = { string templateAssetPath = "de##.usda" }
+}) {
+}
+""",
+    "further": "(subLayers = [@between.usdc@])\n",
+}
+
+
+@pytest.mark.parametrize("suffix", ["usda", "usdc", "usdz"])
+@pytest.mark.parametrize("arc", ARCS)
+def test_layers_that_nest_too_deep_are_found_wherever_they_are_named(
+    tmp_path: Path, arc: str, suffix: str
+) -> None:
+    from pxr import Sdf
+
+    def write(name: str, text: str) -> Path:
+        layer = Sdf.Layer.CreateAnonymous(".usda")
+        layer.ImportFromString("#usda 1.0\n" + text)
+        assert layer.Export(str(tmp_path / name))
+        return tmp_path / name
+
+    write("between.usdc", ARCS["reference"])
+    named = write(f"stage.{suffix.replace('z', 'c')}", ARCS[arc])
+    if suffix == "usdz":
+        text = re.sub("(?=deep.usda|between.usdc|de##)", f"{tmp_path}/", ARCS[arc])
+        with zipfile.ZipFile(tmp_path / "stage.usdz", "w") as archive:
+            archive.write(write("inside.usdc", text.replace("./", "")), "inside.usdc")
+        named = tmp_path / "stage.usdz"
+    (tmp_path / "deep.usda").write_text("#usda 1.0\n" + 'def "a" {\n' * 50_000 + "}\n" * 50_000)
+    assert [(d.code, d.message) for d in import_stage(named)[1]] == [
+        ("usd-open", "layer `deep.usda` nests deeper than 5000 levels")
+    ]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_text_of_a_crate_has_all_its_tokens(tmp_path: Path, seed: int) -> None:
+    from pxr import Sdf
+
+    chance = random.Random(seed)
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    names = {"".join(chance.choices("abcdefg", k=chance.randrange(1, 80))) for _ in range(3000)}
+    names |= {"r" * 1000, *(f"very_long_prefix_that_is_the_same_{n}" for n in range(3000))}
+    for name in names:
+        Sdf.CreatePrimInLayer(layer, f"/{name}").typeName = name[::-1]
+    path = tmp_path / "layer.usdc"
+    layer.Export(str(path))
+    with path.open("rb") as file:
+        text = crate_text(file)
+    found = set(text.decode().split("\0"))
+    assert names | {name[::-1] for name in names} <= found
+    data = path.read_bytes()
+    for _ in range(300):  # whatever the bytes are, it ends
+        broken = bytearray(data)
+        for _ in range(3):
+            broken[chance.randrange(len(data))] = chance.randrange(256)
+        crate_text(BytesIO(broken[: chance.randrange(len(data))]))
 
 
 def test_values_of_crates_that_hold_themselves_or_less_are_read(tmp_path: Path) -> None:
