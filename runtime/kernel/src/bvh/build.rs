@@ -25,9 +25,9 @@ const SAH_DEPTH: u32 = 48;
 
 /// Builds over finite boxes `bounds`, at most `leaf_size` ≤ [`LARGEST_LEAF`] to a leaf.
 ///
-/// `number` names each leaf by a number below 2³⁰, given the indices of its boxes; it is called in
+/// `leaf` refers to each leaf, given the indices of its boxes; it is called in
 /// the order of the leaves in the tree.
-pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32]) -> u32) -> Tree {
+pub fn build(bounds: &[Bounds], leaf_size: usize, mut leaf: impl FnMut(&[u32]) -> Child) -> Tree {
     use rayon::prelude::*;
     assert!(bounds.len() <= MAX_ITEMS && (1..=LARGEST_LEAF).contains(&leaf_size));
     if bounds.is_empty() {
@@ -51,7 +51,7 @@ pub fn build(bounds: &[Bounds], leaf_size: usize, mut number: impl FnMut(&[u32])
                 let place = child.0 & !Child::LEAF;
                 let start = (place & (MAX_ITEMS as u32 - 1)) as usize;
                 let count = (place >> LEAF_START_BITS) as usize + 1;
-                *child = Child::leaf(number(&order[start..start + count]));
+                *child = leaf(&order[start..start + count]);
             }
         }
     }
@@ -408,7 +408,7 @@ mod tests {
         let tree = build(bounds, leaf_size, |leaf| {
             assert!((1..=leaf_size).contains(&leaf.len()));
             leaves.push(leaf.to_vec());
-            leaves.len() as u32 - 1
+            Child::leaf(leaves.len() as u32 - 1)
         });
         let (seen, deepest) = walk(&tree, bounds, &leaves);
         assert!(seen.iter().all(|&times| times == 1));

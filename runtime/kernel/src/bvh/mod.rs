@@ -53,6 +53,18 @@ impl Node {
         L::load(&row[first..])
     }
 
+    /// The plane of one row and child.
+    #[inline(always)]
+    pub fn plane(&self, row: Row, child: usize) -> f32 {
+        // SAFETY: as above; the child is one of the row's.
+        unsafe {
+            *self
+                .planes
+                .as_flattened()
+                .get_unchecked(row.0 + child % WIDTH)
+        }
+    }
+
     /// Sets child `i`.
     fn set(&mut self, i: usize, bounds: &NormalBounds, child: Child) {
         for axis in 0..3 {

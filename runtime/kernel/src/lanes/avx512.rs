@@ -268,45 +268,49 @@ impl Isa for Avx512 {
             ]
         }
     }
-    /// Pairs of vectors are folded into one, until one is left that has a lane for each.
+    /// Pairs of vectors are folded into one, until one is left that has two lanes for each.
     #[inline(always)]
-    fn horizontal_minima(x: [F32x16; 12]) -> [f32; 12] {
-        let mut minima = [0.0; 12];
+    fn ranges(x: [F32x16; 8]) -> [[f32; 2]; 8] {
         let mut lanes = [0.0; 16];
-        // SAFETY: the CPU has the instructions; see the head of `lanes`. Vectors have 16 lanes.
+        // SAFETY: the CPU has the instructions; see the head of `lanes`. A vector has 16 lanes.
         unsafe {
-            let infinity = _mm512_set1_ps(f32::INFINITY);
             let zero = _mm512_setzero_ps();
-            let mut quarters = [zero; 3];
-            for i in 0..3 {
-                let mut halves = [zero; 2];
-                for j in 0..2 {
-                    let a = _mm512_min_ps(x[4 * i + 2 * j].0, infinity);
-                    let b = _mm512_min_ps(x[4 * i + 2 * j + 1].0, infinity);
-                    halves[j] = _mm512_min_ps(
-                        _mm512_shuffle_f32x4::<0b01_00_01_00>(a, b),
-                        _mm512_shuffle_f32x4::<0b11_10_11_10>(a, b),
-                    );
-                }
-                let [a, b] = halves;
-                quarters[i] = _mm512_min_ps(
+            let (mut least, mut greatest) = ([zero; 4], [zero; 4]);
+            for i in 0..4 {
+                let (a, b) = (x[i].0, x[i + 4].0);
+                let low = _mm512_shuffle_f32x4::<0b01_00_01_00>(a, b);
+                let high = _mm512_shuffle_f32x4::<0b11_10_11_10>(a, b);
+                least[i] = _mm512_min_ps(low, high);
+                greatest[i] = _mm512_max_ps(low, high);
+            }
+            // Quarters are of numbers i, i + 4, i + 1 and i + 5.
+            let (mut least_of, mut greatest_of) = ([zero; 2], [zero; 2]);
+            for i in 0..2 {
+                let (a, b) = (least[2 * i], least[2 * i + 1]);
+                least_of[i] = _mm512_min_ps(
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
+                );
+                let (a, b) = (greatest[2 * i], greatest[2 * i + 1]);
+                greatest_of[i] = _mm512_max_ps(
                     _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
                     _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
                 );
             }
-            let [a, b, c] = quarters;
-            let ab = _mm512_min_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
-            let cc = _mm512_min_ps(_mm512_unpacklo_ps(c, c), _mm512_unpackhi_ps(c, c));
-            let all = _mm512_min_ps(
-                _mm512_shuffle_ps::<0b01_00_01_00>(ab, cc),
-                _mm512_shuffle_ps::<0b11_10_11_10>(ab, cc),
-            );
-            _mm512_storeu_ps(lanes.as_mut_ptr(), _mm512_add_ps(all, zero));
+            let [a, b] = least_of;
+            let least = _mm512_min_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let [a, b] = greatest_of;
+            let greatest = _mm512_max_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let least = _mm512_min_ps(least, _mm512_permute_ps::<0b01_00_11_10>(least));
+            let greatest = _mm512_max_ps(greatest, _mm512_permute_ps::<0b01_00_11_10>(greatest));
+            _mm512_storeu_ps(lanes.as_mut_ptr(), _mm512_unpacklo_ps(least, greatest));
         }
-        for i in 0..12 {
-            minima[i] = lanes[i % 4 * 4 + i / 4];
+        const PLACES: [usize; 8] = [0, 8, 2, 10, 4, 12, 6, 14];
+        let mut ranges = [[0.0; 2]; 8];
+        for i in 0..8 {
+            ranges[i] = [lanes[PLACES[i]], lanes[PLACES[i] + 1]];
         }
-        minima
+        ranges
     }
     #[inline(always)]
     fn narrow(low: F64x8, high: F64x8) -> F32x16 {

@@ -237,14 +237,14 @@ pub trait Isa: Copy + Send + Sync + 'static {
             Self::F64::load(&column)
         })
     }
-    /// [`Lanes::horizontal_min`] of each.
+    /// The least and the greatest lane of each; without meaning if one is NaN.
     #[inline(always)]
-    fn horizontal_minima(x: [Self::F32; 12]) -> [f32; 12] {
-        let mut minima = [0.0; 12];
-        for i in 0..12 {
-            minima[i] = x[i].horizontal_min();
+    fn ranges(x: [Self::F32; 8]) -> [[f32; 2]; 8] {
+        let mut ranges = [[0.0; 2]; 8];
+        for i in 0..8 {
+            ranges[i] = [x[i].horizontal_min(), -(-x[i]).horizontal_min()];
         }
-        minima
+        ranges
     }
     /// Rounds to nearest; the lanes of `low` come first.
     fn narrow(low: Self::F64, high: Self::F64) -> Self::F32;

@@ -9,7 +9,7 @@ use super::mesh::Mesh;
 use super::reuse::Reuse;
 use super::validate::{range, validate};
 use super::{Anchor, Geometry, Group, Prototype, Scene, SceneError};
-use crate::bvh::{Bounds, LARGEST_LEAF, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
+use crate::bvh::{Bounds, Child, LARGEST_LEAF, MAX_ITEMS, NormalSpace, Tree, build as build_tree};
 use crate::huge_pages;
 use crate::lanes::InstructionSet;
 use crate::scalar::Scalar;
@@ -372,15 +372,23 @@ fn group<F: Scalar>(
     }
     debug_assert!(boxes.len() <= MAX_ITEMS);
     let mut leaves = Vec::new();
+    let targets = &arrays.instance_target[range.clone()];
     let tree = build_tree(&boxes, LARGEST_LEAF, |leaf| {
+        if let &[item] = leaf {
+            let offset = offsets[item as usize];
+            let outline = outlines.of(targets[offset as usize]);
+            let row = range.start + offset as usize;
+            if outline.is_none_or(|outline| outline.is_upright(&arrays.world_from_object[row])) {
+                return Child::item(offset);
+            }
+        }
         let mut instances = [0; LARGEST_LEAF];
         for (instance, &item) in instances.iter_mut().zip(leaf) {
             *instance = offsets[item as usize];
         }
         leaves.push((instances, leaf.len()));
-        leaves.len() as u32 - 1
+        Child::leaf(leaves.len() as u32 - 1)
     });
-    let targets = &arrays.instance_target[range.clone()];
     let block = |instances: &[u32]| {
         InstanceBlock::new(instances, &tree.space, |offset| {
             let row = range.start + offset as usize;

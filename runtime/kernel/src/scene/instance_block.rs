@@ -70,6 +70,15 @@ impl Outline {
         }
     }
 
+    /// Whether it is a box, and still one along the axes if it is moved so: its bounds tell all that
+    /// it does.
+    pub fn is_upright(&self, world_from_object: &Affine) -> bool {
+        let is_one = |[x, y, z, _]: &[f64; 4]| {
+            usize::from(*x != 0.0) + usize::from(*y != 0.0) + usize::from(*z != 0.0) <= 1
+        };
+        !self.ball && world_from_object.iter().all(is_one)
+    }
+
     /// A box.
     pub fn cuboid(bounds: &Bounds) -> Outline {
         Outline {

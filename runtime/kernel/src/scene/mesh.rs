@@ -2,7 +2,7 @@
 use super::arrays::SceneArrays;
 use super::validate::range;
 use super::{Buffer, SceneError};
-use crate::bvh::{Bounds, MAX_ITEMS, Tree, build};
+use crate::bvh::{Bounds, Child, MAX_ITEMS, Tree, build};
 use crate::huge_pages;
 use crate::scalar::Scalar;
 
@@ -78,7 +78,7 @@ impl<F: Scalar> Mesh<F> {
         let mut leaves: Vec<Vec<u32>> = Vec::new();
         let tree = build(&bounds, BLOCK, |leaf| {
             leaves.push(leaf.to_vec());
-            leaves.len() as u32 - 1
+            Child::leaf(leaves.len() as u32 - 1)
         });
         drop(bounds);
         let mut blocks = huge_pages::with_capacity(leaves.len());

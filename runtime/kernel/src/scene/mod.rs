@@ -67,7 +67,7 @@ pub(crate) enum Geometry<F: Scalar> {
 pub(crate) struct Group {
     /// Row of the first instance.
     pub start: usize,
-    /// Over the bounded instances; leaves are indices of `blocks`.
+    /// Over the bounded instances; leaves are indices of `blocks`, or the only item there.
     pub tree: Tree,
     /// The instances that the tree holds.
     pub blocks: Vec<InstanceBlock>,

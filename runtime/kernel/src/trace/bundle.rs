@@ -1,5 +1,6 @@
 //! A packet in the space of one tree: as one against the boxes of nodes, each ray for itself
 //! against those of leaves.
+use super::entries::{Entries, Entry, insert};
 use super::frustum::{Frustum, greatest, least};
 use super::precision::{Halves, PacketMask};
 use super::single::TreeRay;
@@ -8,17 +9,6 @@ use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, take_bit};
 use crate::scene::InstanceBlock;
 
-/// A child to be visited, and where the first ray enters its box; −∞ if it is to be the first.
-#[derive(Clone, Copy)]
-pub struct Entry {
-    near: f32,
-    child: Child,
-    /// Its node and its place there, for the rays to be tested with its box; or [`Entry::UNTESTED`].
-    place: u32,
-    /// The rays that may meet it, as bits.
-    rays: u32,
-}
-
 /// A packet that as a whole meets more of a node's children than this is not narrow: its rays are
 /// then tested with the boxes of nodes too, not only with those of leaves.
 const NARROW: usize = 2;
@@ -26,21 +16,6 @@ const NARROW: usize = 2;
 /// As many rays must meet a child of a node, on average, for rays that are not coherent to stay
 /// together.
 pub const SHARED: u32 = 4;
-
-impl Entry {
-    const UNTESTED: u32 = u32::MAX;
-
-    /// To be visited before others, by all of these rays that still look for something.
-    #[inline(always)]
-    pub fn first(child: Child, rays: u32) -> Entry {
-        Entry {
-            near: f32::NEG_INFINITY,
-            child,
-            place: Entry::UNTESTED,
-            rays,
-        }
-    }
-}
 
 /// Leaves with more surface, halved, in the tree's space, whose cube has 12, are large: a ground,
 /// a wall. If any hit will do, they are the first to be visited.
@@ -64,32 +39,16 @@ pub fn large_children<I: Isa>(node: &Node) -> u32 {
     })
 }
 
-/// Brings the nearest of some entries to the end: by insertion, for there seldom are more than
-/// three.
-#[inline(always)]
-fn sort(entries: &mut [Entry]) {
-    for i in 1..entries.len() {
-        let mut j = i;
-        while j > 0 && entries[j].near > entries[j - 1].near {
-            entries.swap(j, j - 1);
-            j -= 1;
-        }
-    }
-}
-
 /// The rays in the tree's space.
 #[derive(Clone)]
 pub struct Bundle<I: Isa> {
     node_ray: NodeRay<I::F32>,
-    frustum: Frustum<I::F32UpTo8>,
+    frustum: Frustum,
     /// The tree's parameter of world t is (t − start)·per_rate.
     start: Halves<I::F64>,
     per_rate: Halves<I::F64>,
     after: I::F32,
     before: I::F32,
-    /// The least of `after` and the greatest of `before` of the rays that still count.
-    earliest: f32,
-    latest: f32,
 }
 
 impl<I: Isa> Bundle<I> {
@@ -104,20 +63,17 @@ impl<I: Isa> Bundle<I> {
         active: PacketMask<I>,
     ) -> Bundle<I> {
         let node_ray = NodeRay::new(origin, direction);
-        let mut bundle = Bundle {
+        let after = to_tree::<I>(&start, &per_rate, interval[0]);
+        let before = to_tree::<I>(&start, &per_rate, interval[1]);
+        let inverse = node_ray.inverse();
+        Bundle {
             node_ray,
-            frustum: Frustum::new::<I>(origin, node_ray.inverse(), active),
+            frustum: Frustum::new::<I>(origin, inverse, [after, before], active),
             start,
             per_rate,
-            after: I::F32::zero(),
-            before: I::F32::zero(),
-            earliest: 0.0,
-            latest: 0.0,
-        };
-        bundle.after = bundle.to_tree(interval[0]);
-        bundle.earliest = least(bundle.after, active);
-        bundle.restrict(interval[1], active);
-        bundle
+            after,
+            before,
+        }
     }
 
     /// Of rays that enter a mesh, whose space is theirs.
@@ -153,62 +109,59 @@ impl<I: Isa> Bundle<I> {
         }
     }
 
-    #[inline(always)]
-    fn to_tree(&self, t: &Halves<I::F64>) -> I::F32 {
-        I::narrow(
-            (t[0] - self.start[0]) * self.per_rate[0],
-            (t[1] - self.start[1]) * self.per_rate[1],
-        )
-    }
-
     /// Draws in the far end of the rays to their nearest hits; `active` still count.
     #[inline(always)]
     pub fn restrict(&mut self, t_max: &Halves<I::F64>, active: PacketMask<I>) {
-        self.before = self.to_tree(t_max);
-        self.latest = greatest(self.before, active);
+        self.before = to_tree::<I>(&self.start, &self.per_rate, t_max);
+        self.frustum.latest = greatest(self.before, active);
     }
 
     /// Pushes the children of a node that the packet as a whole meets, the nearest on top; with ANY,
     /// large leaves before them.
     #[inline(always)]
-    pub fn visit_node<const ANY: bool>(&self, nodes: &[Node], index: u32, stack: &mut Vec<Entry>) {
+    pub fn visit_node<const ANY: bool>(&self, nodes: &[Node], index: u32, stack: &mut Entries) {
         type N<I> = <I as Isa>::F32UpTo8;
         let node = &nodes[index as usize];
-        let base = stack.len();
+        let room = stack.room();
+        let mut count = 0;
         for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
-            let (mut met, near) = self.frustum.meets(node, first, self.earliest, self.latest);
+            let (mut met, near) = self.frustum.meets::<N<I>>(node, first);
             if met == 0 {
                 continue;
             }
             let mut nears = [0.0; WIDTH];
             near.store(&mut nears);
-            let mut large = 0;
-            if ANY {
-                large = N::<I>::splat(LARGE).lt(extent::<N<I>>(node, first)).bits();
-            }
+            let large = if ANY {
+                N::<I>::splat(LARGE).lt(extent::<N<I>>(node, first)).bits()
+            } else {
+                0
+            };
             while let Some(lane) = take_bit(&mut met) {
-                let child = node.children[first + lane];
-                let large = !child.is_node() && large >> lane & 1 != 0;
-                stack.push(Entry {
-                    near: if large {
+                let i = (first + lane) % WIDTH;
+                let child = node.children[i];
+                let goes_first = ANY && !child.is_node() && large >> lane & 1 != 0;
+                let entry = Entry {
+                    near: if goes_first {
                         f32::NEG_INFINITY
                     } else {
-                        nears[lane]
+                        nears[lane % WIDTH]
                     },
                     child,
-                    place: index * WIDTH as u32 + (first + lane) as u32,
+                    place: index * WIDTH as u32 + i as u32,
                     rays: u32::MAX,
-                });
+                };
+                insert(room, count, entry);
+                count += 1;
             }
         }
-        if stack.len() - base <= NARROW {
-            for entry in &mut stack[base..] {
+        if count <= NARROW {
+            for entry in &mut room[..count] {
                 if entry.child.is_node() {
                     entry.place = Entry::UNTESTED;
                 }
             }
         }
-        sort(&mut stack[base..]);
+        stack.extend(count);
     }
 
     /// Pushes the children of a node that rays in `active` meet, which are not coherent, the nearest
@@ -219,10 +172,10 @@ impl<I: Isa> Bundle<I> {
         nodes: &[Node],
         index: u32,
         active: PacketMask<I>,
-        stack: &mut Vec<Entry>,
+        stack: &mut Entries,
     ) -> bool {
-        let base = stack.len();
-        let mut rays = 0;
+        let room = stack.room();
+        let (mut count, mut rays) = (0, 0);
         for (i, &child) in nodes[index as usize].children.iter().enumerate() {
             if child.is_unused() {
                 break;
@@ -231,19 +184,19 @@ impl<I: Isa> Bundle<I> {
             let met = near.le(far) & active;
             if met.any() {
                 rays += met.bits().count_ones();
-                stack.push(Entry {
+                let entry = Entry {
                     near: least(near, met),
                     child,
                     place: index * WIDTH as u32 + i as u32,
                     rays: met.bits(),
-                });
+                };
+                insert(room, count, entry);
+                count += 1;
             }
         }
-        let shared = rays >= SHARED * (stack.len() - base) as u32;
+        let shared = rays >= SHARED * count as u32;
         if shared {
-            sort(&mut stack[base..]);
-        } else {
-            stack.truncate(base);
+            stack.extend(count);
         }
         shared
     }
@@ -256,24 +209,27 @@ impl<I: Isa> Bundle<I> {
         block: &InstanceBlock,
         [origin, direction]: [[I::F32; 3]; 2],
         active: PacketMask<I>,
-        stack: &mut Vec<Entry>,
+        stack: &mut Entries,
     ) {
-        let base = stack.len();
+        let room = stack.room();
+        let mut count = 0;
         for i in 0..block.len as usize {
             let Some((near, far)) = block.interval_of(i, origin, direction, active) else {
                 continue;
             };
             let met = near.le(far) & near.le(self.before) & self.after.le(far) & active;
             if met.any() {
-                stack.push(Entry {
+                let entry = Entry {
                     near: least(near, met),
                     child: block.instances[i],
                     place: Entry::UNTESTED,
                     rays: met.bits(),
-                });
+                };
+                insert(room, count, entry);
+                count += 1;
             }
         }
-        sort(&mut stack[base..]);
+        stack.extend(count);
     }
 
     /// The next leaf or item that any of the rays in `active` may meet, and which; down to `base`
@@ -282,13 +238,12 @@ impl<I: Isa> Bundle<I> {
     pub fn next_leaf<const ANY: bool, const COHERENT: bool>(
         &self,
         nodes: &[Node],
-        stack: &mut Vec<Entry>,
+        stack: &mut Entries,
         base: usize,
         active: PacketMask<I>,
     ) -> Option<(Child, PacketMask<I>)> {
-        while stack.len() > base {
-            let Some(entry) = stack.pop() else { break };
-            if entry.near > self.latest {
+        while let Some(entry) = stack.pop(base) {
+            if entry.near > self.frustum.latest {
                 continue;
             }
             let met = if entry.place == Entry::UNTESTED {
@@ -323,24 +278,37 @@ impl<I: Isa> Bundle<I> {
     /// Where rays enter and leave child `i` of a node; they do not unless near ≤ far.
     #[inline(always)]
     fn interval(&self, node: &Node, i: usize) -> (I::F32, I::F32) {
-        let planes = &node.planes;
-        let (entry, exit) = match self.frustum.agreed() {
-            Some(rows) => (
-                axes!(|axis| I::F32::splat(planes[rows[axis]][i])),
-                axes!(|axis| I::F32::splat(planes[2 * axis + 3 - rows[axis]][i])),
-            ),
-            None => {
-                let [lower, upper]: [[I::F32; 3]; 2] = [
-                    axes!(|axis| I::F32::splat(planes[axis][i])),
-                    axes!(|axis| I::F32::splat(planes[axis + 3][i])),
-                ];
-                let down = self.node_ray.descending();
-                (
-                    axes!(|j| I::F32::select(down[j], upper[j], lower[j])),
-                    axes!(|j| I::F32::select(down[j], lower[j], upper[j])),
-                )
-            }
+        let (entry, exit) = if self.frustum.agree {
+            let axes = &self.frustum.axes;
+            (
+                axes!(|axis| I::F32::splat(node.plane(axes[axis].rows[0], i))),
+                axes!(|axis| I::F32::splat(node.plane(axes[axis].rows[1], i))),
+            )
+        } else {
+            let planes = &node.planes;
+            let [lower, upper]: [[I::F32; 3]; 2] = [
+                axes!(|axis| I::F32::splat(planes[axis][i])),
+                axes!(|axis| I::F32::splat(planes[axis + 3][i])),
+            ];
+            let down = self.node_ray.descending();
+            (
+                axes!(|j| I::F32::select(down[j], upper[j], lower[j])),
+                axes!(|j| I::F32::select(down[j], lower[j], upper[j])),
+            )
         };
         self.node_ray.interval(entry, exit, self.after, self.before)
     }
+}
+
+/// World t in a tree's parameter.
+#[inline(always)]
+fn to_tree<I: Isa>(
+    start: &Halves<I::F64>,
+    per_rate: &Halves<I::F64>,
+    t: &Halves<I::F64>,
+) -> I::F32 {
+    I::narrow(
+        (t[0] - start[0]) * per_rate[0],
+        (t[1] - start[1]) * per_rate[1],
+    )
 }

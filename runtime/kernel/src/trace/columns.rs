@@ -6,6 +6,7 @@ use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, each, halves};
 use crate::ray::{Ray, Rays};
 
 /// Up to W rays in the world, a column for each coordinate; idle lanes repeat the last ray.
+#[derive(Clone)]
 pub struct RayColumns<I: Isa> {
     pub level: Halves<LevelRays<I::F64>>,
     pub t_min: Halves<I::F64>,

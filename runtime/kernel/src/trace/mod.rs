@@ -7,6 +7,7 @@
 mod best;
 mod bundle;
 mod columns;
+mod entries;
 mod frustum;
 mod level;
 mod mesh_ray;

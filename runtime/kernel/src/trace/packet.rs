@@ -1,7 +1,8 @@
 //! W coherent rays at a time.
 use super::best::Best;
-use super::bundle::{Bundle, Entry};
+use super::bundle::Bundle;
 use super::columns::RayColumns;
+use super::entries::{Entries, Entry};
 use super::level::Target;
 use super::parting::{Begin, Part, are_few, large_leaves};
 use super::precision::{Halves, PacketMask, Precision};
@@ -33,7 +34,7 @@ pub(super) struct Packet<'s, I: Isa, F: Precision> {
     /// Which children of the root are large leaves of simple instances, as bits.
     pub large: u32,
     above: Vec<Level<'s, I>>,
-    pub stack: Vec<Entry>,
+    pub stack: Entries,
     pub t_min: Halves<I::F64>,
     /// What was found; with ANY nothing is kept here.
     pub best: Best<I>,
@@ -51,7 +52,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             scene,
             large: large_leaves::<I, F>(scene),
             above: Vec::new(),
-            stack: Vec::with_capacity(64),
+            stack: Entries::new(),
             t_min: zero,
             best: Best {
                 t: zero,
@@ -85,14 +86,14 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         I::call(Begin::<'_, 's, I, F, ANY> {
             packet: self,
             singles,
-            rays,
+            rays: rays.clone(),
         })
     }
 
     /// Takes rays in, none of which has hit anything.
     #[inline(always)]
     pub fn load(&mut self, rays: &RayColumns<I>) {
-        self.stack.clear();
+        self.stack.truncate(0);
         self.above.clear();
         self.t_min = rays.t_min;
         self.best = Best {
@@ -314,14 +315,17 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     ) -> PacketMask<I> {
         let mut taken = Mask::none();
         for axis in 0..3 {
-            let along = F::packet_along::<I>(prepared, axis) & active;
-            if !along.any() {
-                continue;
-            }
+            let mut along = F::packet_along::<I>(prepared, axis) & active;
             for lane in 0..block.len as usize {
+                if !along.any() {
+                    break;
+                }
                 let (hit, t) = F::packet_triangle::<I>(prepared, axis, rays, block, lane, along);
                 if hit.any() {
                     taken = taken | self.take::<ANY>(hit, &t, leaf, block.triangles[lane]);
+                    if ANY {
+                        along = along.and_not(taken);
+                    }
                 }
             }
         }

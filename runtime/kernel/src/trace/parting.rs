@@ -1,8 +1,9 @@
 //! Rays of a packet that part, to go on one at a time, and rays apart that begin as a packet.
 //!
 //! Both are tasks called out of line, so that packets that stay together have the registers.
-use super::bundle::{Entry, large_children};
+use super::bundle::large_children;
 use super::columns::RayColumns;
+use super::entries::Entry;
 use super::level::Target;
 use super::packet::{Level, Packet};
 use super::precision::{PacketMask, Precision};
@@ -26,11 +27,16 @@ pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
         return 0;
     };
     let is_simple = |child: &Child| {
+        let is_simple = |item: &Child| {
+            let row = root.start + item.number() as usize;
+            scene.target(row).is_simple()
+        };
+        if child.is_item() {
+            return is_simple(child);
+        }
         !child.is_node() && {
             let block = &root.blocks[child.number() as usize];
-            let row = |item: &Child| root.start + item.number() as usize;
-            (block.instances[..block.len as usize].iter())
-                .all(|item| scene.target(row(item)).is_simple())
+            (block.instances[..block.len as usize].iter()).all(is_simple)
         }
     };
     (0..WIDTH)
@@ -44,7 +50,7 @@ pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
 pub(super) struct Begin<'a, 's, I: Isa, F: Precision, const ANY: bool> {
     pub packet: &'a mut Packet<'s, I, F>,
     pub singles: &'a mut Singles<'s, I, F>,
-    pub rays: &'a RayColumns<I>,
+    pub rays: RayColumns<I>,
 }
 
 impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
@@ -57,7 +63,7 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
             singles,
             rays,
         } = self;
-        packet.load(rays);
+        packet.load(&rays);
         let root = &packet.scene.groups[0];
         let together = !ANY
             && root.dear
@@ -75,7 +81,7 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Begin<'_, '_, I, F, ANY> {
                 (packet.stack).push(Entry::first(root.tree.nodes[0].children[i], met));
             }
         }
-        let has_begun = together || !packet.stack.is_empty();
+        let has_begun = together || packet.stack.len() > 0;
         if has_begun {
             let mut level = packet.level(rays.level, root, 0, packet.alive);
             level.stack_base = 0;
