@@ -139,9 +139,8 @@ def gathered(value: Any, selection: Callable[[int], IntArray], count: int) -> An
             place = np.full(total, -1)
             place[chosen] = np.arange(len(chosen))
             moved = [(part, place[part.lanes]) for part in parts]
-            return Objects(
-                tuple(among(part, lanes >= 0, lanes[lanes >= 0]) for part, lanes in moved), count
-            )
+            kept = ((part, lanes >= 0, lanes[lanes >= 0]) for part, lanes in moved)
+            return Objects(tuple(among(*some) for some in kept if len(some[2])), count)
         case _:
             return value
 

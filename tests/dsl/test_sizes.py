@@ -48,6 +48,23 @@ def test_many_are_one_unit_whichever_way_they_are_made(
     np.testing.assert_allclose(corners, others, rtol=1e-15, atol=1e-14)
 
 
+def test_a_size_that_no_iteration_of_a_branch_has_is_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = """
+    let clay = matte(rgb(0.8, 0.5, 0.4))
+    let gold = metal(rgb(1, 0.8, 0.3))
+    for i in 0..100 {
+      let leaf = sphere(radius: 1 + i % 3).shear(xy: 0.2)
+      if i % 3 != 1 { leaf.material(if i >= 50 { clay } else { gold }) }
+    }
+    """
+    scene, expected = compile_text(text).ir, one_by_one(text, monkeypatch)
+    assert len(scene.prototype_kind) == 2
+    for name in ("prototype_kind", "shape_parameters", "instance_target", "instance_material"):
+        np.testing.assert_array_equal(getattr(scene, name), getattr(expected, name))
+
+
 @pytest.mark.parametrize(
     "shape", ["box(size: (2, 2, 1 + i), bevel: 0.1)", "box(min: (0, 0, 0), max: (1, 1, 1 + i))"]
 )
