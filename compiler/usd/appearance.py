@@ -204,7 +204,7 @@ class Appearance:
         """Whether a mesh's attribute is to give a value; reported where others are drawn as one."""
         if not primvar or not primvar.HasValue() or by_face:
             return False
-        interpolation = primvar.GetInterpolation()
+        interpolation = _interpolation(primvar, prim)
         value = self._clock.value(primvar.GetAttr())
         if interpolation == UsdGeom.Tokens.constant or np.ndim(value) == 0 or len(value) < 2:
             return False
@@ -230,7 +230,7 @@ class Appearance:
             values = values[indices]
         if len(values) == 1:
             return values, None
-        interpolation = primvar.GetInterpolation()
+        interpolation = _interpolation(primvar, prim)
         if interpolation == UsdGeom.Tokens.constant:
             return values[:1], None
         if interpolation == UsdGeom.Tokens.uniform and prim.IsA(UsdGeom.Mesh):
@@ -259,6 +259,13 @@ class Appearance:
             self._report.add("usd-primvar", message, prim.GetPath())
             return 1.0
         return float(np.clip(values.mean(), 0.0, 1.0))
+
+
+def _interpolation(primvar: Any, prim: Any) -> str:
+    """How a primvar varies; one that is uniform is one value for a point instancer, as USD says."""
+    own = str(primvar.GetInterpolation())
+    one = own == UsdGeom.Tokens.uniform and prim.IsA(UsdGeom.PointInstancer)
+    return str(UsdGeom.Tokens.constant) if one else own
 
 
 def _is_missing(stage: Any, path: Sdf.Path) -> bool:

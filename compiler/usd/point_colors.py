@@ -1,8 +1,8 @@
 """Display colours of a point instancer's own, one for each instance.
 
-As in Hydra, a displayColor or displayOpacity that the instancer itself has, of an interpolation
-other than constant and uniform, is given by instance. Prims of the prototypes keep materials and
-colours of their own.
+By UsdGeomPointInstancer, "Primvars on PointInstancer", a primvar of the instancer is one value for
+all instances if it is constant or uniform, else `elementSize` elements for each, and holds at the
+root of the instance: so prims of the prototypes keep materials and colours of their own.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _values(prim: Any, name: str, width: int, clock: Clock) -> _Values | None:
     table = numbers(clock.value(primvar.GetAttr()))
     if table is None or not table.size or table.size != len(table) * width:
         return None
-    rows = table.reshape(-1, width).astype(np.float64)
+    rows = table.reshape(-1, width)[:: max(primvar.GetElementSize(), 1)].astype(np.float64)
     indices = clock.integers(primvar.GetIndicesAttr()) if primvar.IsIndexed() else None
     if indices is not None:
         if not len(indices) or indices.min() < 0 or indices.max() >= len(rows):

@@ -374,6 +374,64 @@ def test_a_constant_colour_of_an_instancer_is_that_of_all(load: Callable[..., An
     assert drawn["/p/own@/p[1]"] == (1.0, 1.0, 1.0)
 
 
+def test_a_uniform_colour_of_an_instancer_is_that_of_all(load: Callable[..., Any]) -> None:
+    colors = """color3f[] primvars:displayColor = [(0, 0, 1), (0, 1, 0)] (
+        interpolation = "uniform"
+    )"""
+    imported = load(COLORED.replace("COLORS", colors))
+    drawn = {leaf.path: leaf.material.diffuse for leaf in imported.leaves}
+    assert drawn["/p/plain@/p[0]"] == drawn["/p/plain@/p[6]"] == (0.0, 0.0, 1.0)
+    assert drawn["/far@/p[2]"] == (0.0, 0.0, 1.0)
+    assert drawn["/p/own@/p[1]"] == (1.0, 1.0, 1.0)
+    assert not imported.diagnostics
+
+
+def test_of_several_elements_for_an_instance_its_first_is_its_colour(
+    load: Callable[..., Any],
+) -> None:
+    listed = ", ".join(f"(0.{n}, 0, 0), (0, 1, 1)" for n in range(1, 8))
+    colors = f"""color3f[] primvars:displayColor = [{listed}] (
+        elementSize = 2
+        interpolation = "varying"
+    )"""
+    imported = load(COLORED.replace("COLORS", colors))
+    drawn = {leaf.path: leaf.material.diffuse for leaf in imported.leaves}
+    assert drawn["/p/plain@/p[0]"] == pytest.approx((0.1, 0.0, 0.0))
+    assert drawn["/far@/p[5]"] == pytest.approx((0.6, 0.0, 0.0))
+    assert not imported.diagnostics
+
+
+def test_the_innermost_instancer_colours_its_instances(load: Callable[..., Any]) -> None:
+    imported = load("""
+def PointInstancer "outer" {
+    rel prototypes = [</outer/colored>, </outer/plain>]
+    int[] protoIndices = [0, 1]
+    point3f[] positions = [(0, 0, 0), (10, 0, 0)]
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (
+        interpolation = "vertex"
+    )
+    def PointInstancer "colored" {
+        rel prototypes = </ball>
+        int[] protoIndices = [0]
+        point3f[] positions = [(0, 0, 0)]
+        color3f[] primvars:displayColor = [(0, 0, 1)] (
+            interpolation = "vertex"
+        )
+    }
+    def PointInstancer "plain" {
+        rel prototypes = </ball>
+        int[] protoIndices = [0]
+        point3f[] positions = [(0, 0, 0)]
+    }
+}
+def Sphere "ball" {
+}
+""")
+    drawn = {leaf.path: leaf.material.diffuse for leaf in imported.leaves}
+    assert drawn["/ball@/outer/colored[0]@/outer[0]"] == (0.0, 0.0, 1.0)
+    assert drawn["/ball@/outer/plain[0]@/outer[1]"] == (0.0, 1.0, 0.0)
+
+
 def test_a_wrong_number_of_colours_is_told_and_drawn_as_their_mean(
     load: Callable[..., Any],
 ) -> None:
