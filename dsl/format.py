@@ -42,7 +42,7 @@ def format_source(
 class _Measure(NamedTuple):
     """What nodes are on one line: `flat` is None if they do not fit or if they break the line.
 
-    `head` is the text up to the first break.
+    `head` is the text up to the first break, to measure and not to write: more may come after it.
     """
 
     flat: str | None
@@ -71,22 +71,33 @@ class _Printer:
         self.base = indent
         self.line = " " * indent
 
-    def end(self, comments: Sequence[str] = (), indent: int = 0) -> None:
-        """End the line, with comments behind it; those after a `//` have lines of their own."""
+    def end(self, comments: Sequence[str] = (), indent: int = 0) -> bool:
+        """End the line, with comments behind it; those after a `//` have lines of their own.
+
+        Return whether there are such lines.
+        """
         ends = (i + 1 for i, comment in enumerate(comments) if comment.startswith("//"))
         end = next(ends, len(comments))
         self.lines.append(_Line(self.line.rstrip(), " ".join(comments[:end])))
         self.own_lines([Comment(text) for text in comments[end:]], indent, first=True)
+        return end < len(comments)
 
     def own_lines(self, comments: Sequence[Comment], indent: int, first: bool) -> None:
-        """Comments on lines of their own; no empty line comes first."""
-        for position, comment in enumerate(comments):
-            if comment.blank and not (first and position == 0):
+        """Comments on lines apart from code; no empty line comes first."""
+        lines: list[list[Comment]] = []
+        for comment in comments:
+            if comment.beside and lines:
+                lines[-1].append(comment)
+            else:
+                lines.append([comment])
+        for position, line in enumerate(lines):
+            if line[0].blank and not (first and position == 0):
                 self.lines.append(_Line("", ""))
-            self.lines.append(_Line(" " * indent + comment.text, ""))
+            text = " ".join(comment.text for comment in line)
+            self.lines.append(_Line(" " * indent + text, ""))
 
     def fits(self, text: str, room: int) -> bool:
-        return len(self.line) + len(text) <= room
+        return _column(self.line) + len(text) <= room
 
     def statements(self, block: Bracket, indent: int) -> None:
         for position, item in enumerate(block.items):
@@ -112,7 +123,7 @@ class _Printer:
             around = [(a, b) for a, b in pairwise(starts) if not blocks.isdisjoint(nodes[a:b])]
             flat = (self.measure(nodes[a:b]).flat for a, b in around)
             widths = (None if text is None else len(text) for text in flat)
-            begins = (indent if a else len(self.line) for a, _ in around)
+            begins = (indent if a else _column(self.line) for a, _ in around)
             if all(w is not None and c + w <= room for w, c in zip(widths, begins, strict=True)):
                 blocks = set()
         for start, stop in pairwise(starts):
@@ -154,16 +165,14 @@ class _Printer:
                 self.broken(node)
             elif own.flat is not None and self.fits(own.flat, room):
                 self.line += own.flat
-            elif own.breaks and self.fits(own.head, room):
-                self.around_broken(node, room)
-            elif node.items:
+            elif node.items and not (own.breaks and self.fits(own.head, room)):
                 self.broken(node)
             else:
-                self.line += own.head
+                self.unbroken(node, room)
 
-    def around_broken(self, bracket: Bracket, room: int) -> None:
-        """Write a bracket on the current line although something in it breaks the line."""
-        inside = " " if bracket.is_block else ""
+    def unbroken(self, bracket: Bracket, room: int) -> None:
+        """Write a bracket from where the line is, even if something in it breaks the line."""
+        inside = " " if bracket.is_block and bracket.items else ""
         self.line += _text(bracket.opener) + inside
         for position, item in enumerate(bracket.items):
             self.line += ", " if position else ""
@@ -200,9 +209,11 @@ class _Printer:
             ):
                 self.line += " "
             else:
-                if position:
-                    self.end(behind, indent)
+                if position and self.end(behind, indent):
+                    self.lines.append(_Line("", ""))  # they document no parameter below them
                 self.own_lines(item.leading, indent, first=True)
+                if item.leading and item.blank:
+                    self.lines.append(_Line("", ""))
                 self.start(indent)
             self.nodes(item.nodes, WIDTH - 1)
             behind = item.trailing
@@ -299,8 +310,10 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
     run: list[_Line] = []
 
     def finish() -> None:
-        column = max((len(line.code) for line in run), default=0) + 2
-        result.extend(f"{line.code:<{column}}{line.comment}" for line in run)
+        column = max((_column(line.code) for line in run), default=0) + 2
+        for line in run:
+            space = " " * (column - _column(line.code))
+            result.append(line.code + space + line.comment)
         run.clear()
 
     for line in lines:
@@ -312,6 +325,11 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
             result.append(line.code)
     finish()
     return result
+
+
+def _column(text: str) -> int:
+    """Where a text ends on its last line: a comment in it may have several."""
+    return len(text) - text.rfind("\n") - 1
 
 
 def _indent(line: _Line) -> int:

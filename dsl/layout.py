@@ -26,10 +26,14 @@ _OPERATORS = frozenset(
 
 @dataclass(slots=True)
 class Comment:
-    """A comment; `blank` says that an empty line comes before it."""
+    """A comment; `blank` says that an empty line comes before it.
+
+    `beside` says that it shares the line of the comment before it: a `///` there documents nothing.
+    """
 
     text: str
     blank: bool = False
+    beside: bool = False
 
 
 @dataclass(slots=True)
@@ -158,7 +162,7 @@ class _Reader:
         lines = newlines = 0 if self.position else 1  # in all, and since the last comment
         for match in _TRIVIA.finditer(between):
             if match[0] != "\n":
-                line.append(Comment(match[0].rstrip(), newlines > 1))
+                line.append(Comment(match[0].rstrip(), newlines > 1, beside=bool(line)))
                 newlines = 0
                 continue
             self.end_line(gap, line, lines)
@@ -217,7 +221,7 @@ class _Reader:
     def close(self, bracket: Bracket) -> None:
         """The comments before the closing word."""
         gap = self.gap
-        inline = [Comment(text) for text in gap.inline]
+        inline = [Comment(text, beside=i > 0) for i, text in enumerate(gap.inline)]
         if bracket.items:
             bracket.items[-1].trailing += gap.trailing
             if gap.newline:

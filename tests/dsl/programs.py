@@ -22,8 +22,14 @@ _GAPS = {
 }
 _COMMENTS = {
     SPACE: (" /* c */ ",),
-    BREAK: (" // c  \n", "\n// own\n", " /* c */\n", "\n/* a\n  b */ ", "\n\n// d\n\n// e\n"),
-    END: ("  // c\n", "\n// own\n", "\n\n/* a\n  b */ ", " /* c */ // d\n\n// e\n\n"),
+    BREAK: (
+        *(" // c  \n", "\n// own\n", " /* c */\n", "\n/* a\n  b */ ", "\n\n// d\n\n// e\n"),
+        *("\n/// f\n", "\n/* c */ /// f\n", " // c\n/// f\n\n"),
+    ),
+    END: (
+        *("  // c\n", "\n// own\n", "\n\n/* a\n  b */ ", " /* c */ // d\n\n// e\n\n"),
+        *("\n/// f\n", "\n/* c */ /// f\n"),
+    ),
 }
 
 

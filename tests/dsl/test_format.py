@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dsl.budget import DEFAULT_LIMITS
 from dsl.format import WIDTH, format_source
+from dsl.lexer import tokenize
 from dsl.parser import parse
 from dsl.spans import Source, Span
 from tests.dsl.programs import programs
@@ -45,13 +47,67 @@ def comments(text: str) -> list[str]:
     return [match[1].rstrip() for match in COMMENT.finditer(text) if match[1]]
 
 
+def check(text: str) -> None:
+    once = formatted(text)
+    assert comments(once) == comments(text)
+    assert meaning(once) == meaning(text)
+    assert formatted(once) == once
+
+
 @settings(max_examples=60)
 @given(programs())
 def test_random_programs_keep_their_meaning_and_comments(text: str) -> None:
-    once = formatted(text)
-    assert meaning(once) == meaning(text)
-    assert comments(once) == comments(text)
-    assert formatted(once) == once
+    check(text)
+
+
+@pytest.mark.parametrize("width", [1, WIDTH])
+@pytest.mark.parametrize(
+    "program",
+    [
+        'param p = 3 in 1..a\nuse "b.ovo" as b\n\n/// c\nlet c = -p * b.a\n',
+        "fn f(x, y = 2) { let a = x\n a }\nf(1, y: [])\n",
+        "for i in 0..a, j in [0] { f().in((a, 2)[0]) }\n",
+        "if not a { f() } else { }\n",
+        "f(\n  1, a,\n  if a { } else { },\n)\n  .x()\n",
+    ],
+)
+def test_comments_are_kept_wherever_they_stand(program: str, width: int) -> None:
+    text = re.sub(r"\b[af]\b", lambda name: name[0].ljust(width, "_"), program)
+    tokens, _ = tokenize(Source("scene.ovo", text), DEFAULT_LIMITS)
+    tried = 0
+    for place in sorted({place for token in tokens for place in (token.start, token.end)}):
+        for comment in ("/* c\n c */", "// c\n", "\n/* c */ /// c\n\n", "// c\n/// c\n"):
+            commented = f"{text[:place]} {comment} {text[place:]}"
+            if not parse(Source("scene.ovo", commented))[1]:
+                check(commented)
+                tried += 1
+    assert tried > len(tokens)
+
+
+def test_a_comment_of_lines_before_a_bracket_that_does_not_fit_is_kept_whole() -> None:
+    name = "a" * WIDTH
+    assert formatted(f"{name}/* b\n c */()") == f"{name} /* b\n c */ ()\n"
+    assert formatted(f"f(if {name}/* b\n c */{{}})") == f"f(\n  if {name} /* b\n c */ {{}},\n)\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("/* a */ /// b\nlet c = 1\n", "/* a */ /// b\nlet c = 1\n"),
+        ("fn f(\n/// a\n\nx) { x }", "fn f(\n  /// a\n\n  x,\n) {\n  x\n}\n"),
+        (
+            "fn f(x // a\n/// b\n, y) { x }",
+            "fn f(\n  x,  // a\n  /// b\n\n  y,\n) {\n  x\n}\n",
+        ),
+    ],
+)
+def test_what_documents_nothing_does_not_become_documentation(text: str, expected: str) -> None:
+    assert formatted(text) == expected
+    check(text)
+
+
+def test_comments_begin_in_one_column_beside_code_of_several_lines() -> None:
+    assert formatted("f(a /* b\n c */) // d\nx // e") == "f(a /* b\n c */)  // d\nx       // e\n"
 
 
 @settings(max_examples=30)
