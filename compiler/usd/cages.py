@@ -187,10 +187,9 @@ def _joined(arrays: list[Any], kind: type) -> tuple[NDArray[Any], IntArray]:
 
 def _surface_of_tetrahedra(prim: Any, clock: Clock) -> tuple[IntArray | None, IntArray | None]:
     """Counts and indices of a TetMesh's surface: as authored, or what bounds its tetrahedra."""
-    attribute = prim.GetAttribute("surfaceFaceVertexIndices")
-    faces = clock.vectors(attribute, 3)
-    if faces is None or not len(faces):
+    faces = clock.as_authored(prim.GetAttribute("surfaceFaceVertexIndices"), 3)
+    if faces is None or not len(faces) or faces.dtype.kind not in "iu":
         time = clock.code(prim.GetAttribute("tetVertexIndices"))
         found = UsdGeom.TetMesh.ComputeSurfaceFaces(UsdGeom.TetMesh(prim), time)
-        faces = np.array(found, dtype=np.float64).reshape(-1, 3)
+        faces = np.array(found, dtype=np.int64).reshape(-1, 3)
     return np.full(len(faces), 3, np.int64), faces.astype(np.int64).ravel()

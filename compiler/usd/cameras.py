@@ -43,12 +43,8 @@ def read_camera(prim: Any, clock: Clock, report: Report, origin: Origin) -> Came
     if clock.value(prim.GetAttribute("clippingPlanes")):
         report.add("usd-camera", "`clippingPlanes` of cameras are not used", path)
     near, far = 1.0, 1e6
-    value = clock.value(prim.GetAttribute("clippingRange"))
-    if value is not None:
-        near, far = (float(x) for x in value)
-    exact = clock.value(prim.GetAttribute("ovolo:clippingRange"))
-    if exact is not None:
-        near, far = (float(x) for x in exact)
+    for name in ("clippingRange", "ovolo:clippingRange"):
+        near, far = clock.vector(prim.GetAttribute(name), 2, report) or (near, far)
     free = bool(clock.value(prim.GetAttribute("ovolo:freeAspect")))
     return Camera(
         projection="orthographic" if orthographic else "perspective",

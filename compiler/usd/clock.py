@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd
 
+from compiler.usd.report import Report
 from dsl.scene import FloatArray, IntArray
 
 _UNAUTHORED = (Usd.ResolveInfoSourceNone, Usd.ResolveInfoSourceFallback)
@@ -71,6 +72,17 @@ class Clock:
         """A token or string; empty where there is none."""
         value = self.value(attribute)
         return value if isinstance(value, str) else ""
+
+    def vector(self, attribute: Any, width: int, report: Report) -> tuple[float, ...] | None:
+        """`width` numbers, or None for whatever is not that (reported) or not there."""
+        value = self.value(attribute)
+        array = numbers(value)
+        if array is not None and array.shape == (width,):
+            return tuple(float(number) for number in array)
+        if value is not None:
+            message = f"`{attribute.GetName()}` is not of its type, and is not used"
+            report.add("usd-attribute", message, attribute.GetPrim().GetPath())
+        return None
 
     def vectors(self, attribute: Any, width: int) -> FloatArray | None:
         """`(n, width)` float64, or None for whatever is not an array of such vectors."""

@@ -49,10 +49,10 @@ def draw_stand_in(
     drawn = "crossed rectangles" if shape in ("cross", "") and mode == "cards" else "a box"
     report.add("usd-attribute", f"the draw mode `{mode}` is drawn as {drawn}", path)
     node = _mesh(_cross(bounds) if drawn != "a box" else _box(bounds))
-    color = clock.value(prim.GetAttribute("model:drawModeColor"))
+    color = clock.vector(prim.GetAttribute("model:drawModeColor"), 3, report)
     if color is None or not np.isfinite(color).all():
         return Bind(node, DEFAULT_MATERIAL)
-    r, g, b = (float(x) for x in color)
+    r, g, b = color
     return Bind(node, Material(diffuse=(r, g, b)))
 
 

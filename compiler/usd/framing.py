@@ -71,28 +71,29 @@ def read_framing(prim: Any, clock: Clock, report: Report) -> Framing:
     """The framing that a RenderSettings prim asks for; what cannot be is reported and not used."""
     said = [*_product(prim, report), prim]
 
-    def value(name: str) -> Any:
+    def attribute(name: str) -> Any:
         authored = (p.GetAttribute(name) for p in said if p.GetAttribute(name).HasAuthoredValue())
-        attribute = next(authored, None)
-        return None if attribute is None else clock.value(attribute)
+        return next(authored, None)
 
     cameras = (UsdRender.SettingsBase(p).GetCameraRel().GetForwardedTargets() for p in said)
     camera = next((str(targets[0]) for targets in cameras if targets), None)
-    resolution = value("resolution")
-    size = None if resolution is None else (int(resolution[0]), int(resolution[1]))
-    pixel = value("pixelAspectRatio")
-    if size is not None and pixel is not None and np.isfinite(pixel) and pixel > 0.0:
-        columns = round(min(size[0] * float(pixel), 1e9))
+    resolution = clock.vector(attribute("resolution"), 2, report)
+    size = None
+    if resolution is not None and np.isfinite(resolution).all():
+        size = int(resolution[0]), int(resolution[1])
+    pixel = clock.number(attribute("pixelAspectRatio"), 0.0)
+    if size is not None and pixel > 0.0:
+        columns = round(min(size[0] * pixel, 1e9))
         if columns != size[0]:
             message = f"pixels are square: the picture is {columns} of them across, not {size[0]}"
             report.add("usd-attribute", message, prim.GetPath())
         size = (columns, size[1])
-    policy = value("aspectRatioConformPolicy") or "expandAperture"
+    policy = clock.token(attribute("aspectRatioConformPolicy")) or "expandAperture"
     if policy not in _POLICIES:
         message = f"`aspectRatioConformPolicy = {policy}` is not used: windows are expanded"
         report.add("usd-attribute", message, prim.GetPath())
         policy = "expandAperture"
-    window = _window(value("dataWindowNDC"), prim, report)
+    window = _window(clock.vector(attribute("dataWindowNDC"), 4, report), prim, report)
     names = (clock.token(product.GetAttribute("productName")) for product in said[:-1])
     return Framing(camera, size, policy, window, next(names, "") or None)
 
@@ -116,10 +117,12 @@ def _product(prim: Any, report: Report) -> list[Any]:
     return pictures[:1]
 
 
-def _window(value: Any, prim: Any, report: Report) -> tuple[float, float, float, float]:
+def _window(
+    value: tuple[float, ...] | None, prim: Any, report: Report
+) -> tuple[float, float, float, float]:
     if value is None:
         return _WHOLE
-    left, bottom, right, top = (float(x) for x in value)
+    left, bottom, right, top = value
     if np.isfinite(value).all() and left < right and bottom < top:
         return left, bottom, right, top
     report.add("usd-attribute", "a `dataWindowNDC` without extent is not used", prim.GetPath())

@@ -13,7 +13,7 @@ import math
 from typing import Any, get_args
 
 import numpy as np
-from pxr import Gf, UsdLux
+from pxr import Gf, Sdf, UsdLux
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
@@ -50,7 +50,7 @@ def read_light(
     """
     path = prim.GetPath()
     kind = type_of(prim)
-    emission = _emission(prim, clock)
+    emission = _emission(prim, clock, report)
     for name in ("light:filters", "light:link"):
         relationship = prim.GetRelationship(name)
         if relationship and relationship.HasAuthoredTargets():
@@ -61,7 +61,7 @@ def read_light(
         return _ball(prim, emission, world_from_light, clock, origin)
     if kind in ("DomeLight", "DomeLight_1"):
         texture = clock.value(prim.GetAttribute("inputs:texture:file"))
-        if texture is not None and texture.path:
+        if isinstance(texture, Sdf.AssetPath) and texture.path:
             message = "`inputs:texture:file` of dome lights is not used; their colour is"
             help = "set `inputs:color` to the mean of the texture"
             report.add("usd-light", message, path, help)
@@ -75,9 +75,8 @@ def read_light(
     return None
 
 
-def _emission(prim: Any, clock: Clock) -> Color:
-    value = clock.value(_input(prim, "color"))
-    color = np.array(value if value is not None else (1.0, 1.0, 1.0), dtype=np.float64)
+def _emission(prim: Any, clock: Clock, report: Report) -> Color:
+    color = np.array(clock.vector(_input(prim, "color"), 3, report) or (1.0, 1.0, 1.0))
     intensity = clock.number(_input(prim, "intensity"), 1.0)
     # Beyond this the product overflows whatever the intensity.
     exposure = min(max(clock.number(_input(prim, "exposure"), 0.0), -1000.0), 1000.0)

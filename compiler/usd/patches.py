@@ -39,10 +39,11 @@ MARGIN = 1.1
 def read_patch(prim: Any, complexity: str, clock: Clock, report: Report) -> Mesh | None:
     """The surface of a NurbsPatch, or None (reported) if nothing of it can be drawn."""
     path = prim.GetPath()
-    if len(clock.integers(prim.GetAttribute("trimCurve:counts")) or ()):
+    trims = clock.integers(prim.GetAttribute("trimCurve:counts"))
+    if trims is not None and len(trims):
         report.add("usd-mesh", "the trim curves of a NurbsPatch are not used", path)
     grid = _control(prim, clock)
-    sides = [_side(prim, name, clock) for name in "uv"]
+    sides = [_side(prim, name, clock, report) for name in "uv"]
     u, v = sides
     if grid is None or u is None or v is None:
         message = "a NurbsPatch whose points, orders and knots do not fit draws nothing"
@@ -93,7 +94,7 @@ def numbers_of(prim: Any, name: str, clock: Clock) -> FloatArray | None:
     return array.astype(np.float64)
 
 
-def _side(prim: Any, name: str, clock: Clock) -> Spans | None:
+def _side(prim: Any, name: str, clock: Clock, report: Report) -> Spans | None:
     """The spans of one of the parameters."""
     count = np.array([int(clock.number(prim.GetAttribute(f"{name}VertexCount"), 0.0))])
     order = np.array([int(clock.number(prim.GetAttribute(f"{name}Order"), 0.0))])
@@ -105,8 +106,8 @@ def _side(prim: Any, name: str, clock: Clock) -> Spans | None:
         or not sound(count, order, knots, start)[0]
     ):
         return None
-    value = clock.value(prim.GetAttribute(f"{name}Range"))
-    ranges = None if value is None else np.array([tuple(value)], dtype=np.float64)
+    cut = clock.vector(prim.GetAttribute(f"{name}Range"), 2, report)
+    ranges = None if cut is None else np.array([cut])
     found = spans(int(order[0]), count, start, knots, start, ranges)
     return found if len(found.low) else None
 

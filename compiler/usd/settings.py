@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, get_args
 
-from pxr import Usd, UsdRender
+from pxr import Usd, UsdRender, Vt
 
 from compiler.usd.clock import Clock
 from compiler.usd.framing import Framing
+from compiler.usd.options import KNOWN_PURPOSES
 from compiler.usd.report import Report
 from dsl.scene import Integrator, Precision, Settings
 
@@ -33,11 +34,17 @@ def render_settings(stage: Any, report: Report) -> Any | None:
     return None
 
 
-def included_purposes(prim: Any, clock: Clock) -> frozenset[str] | None:
-    """The purposes that the settings include, if they say so."""
+def included_purposes(prim: Any, clock: Clock, report: Report) -> frozenset[str] | None:
+    """The purposes that the settings include, if they say so; others than USD's are reported."""
     attribute = UsdRender.Settings(prim).GetIncludedPurposesAttr()
     said = clock.value(attribute) if attribute.HasAuthoredValue() else None
-    return None if said is None else frozenset(map(str, said))
+    if not isinstance(said, Vt.TokenArray):
+        return None
+    purposes = frozenset(map(str, said))
+    for purpose in sorted(purposes.difference(KNOWN_PURPOSES)):
+        message = f"the purpose {purpose!r} of `includedPurposes` is not known"
+        report.add("usd-attribute", message, prim.GetPath())
+    return purposes.intersection(KNOWN_PURPOSES)
 
 
 def read_settings(prim: Any, framing: Framing, clock: Clock, report: Report) -> Settings:

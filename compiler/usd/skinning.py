@@ -75,7 +75,9 @@ class Skinning:
         points = self._blended(prim, query, bones, points)
         if not query.HasJointInfluences():
             return points
-        world, own = (world_matrix(p, self._clock) for p in (skeleton.GetPrim(), prim))
+        world, own = (
+            world_matrix(p, self._clock, self._report) for p in (skeleton.GetPrim(), prim)
+        )
         if not own.GetDeterminant():
             message = "skinned prims that their transform presses flat stay as they are"
             self._report.add("usd-skinning", message, path)

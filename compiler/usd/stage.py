@@ -83,7 +83,7 @@ def _import(
     framing = read_framing(settings, clock, report) if settings else None
     purposes = options.purposes
     if purposes is None:
-        purposes = (included_purposes(settings, clock) if settings else None) or PURPOSES
+        purposes = (included_purposes(settings, clock, report) if settings else None) or PURPOSES
         options = replace(options, purposes=purposes)
     coarser = _coarsening(stage, root, clock, report) if options.complexity == "limit" else 0
     traversal = Traversal(stage, name, clock, report, options, coarser)
@@ -147,7 +147,7 @@ def _placed(prim: Any, traversal: Traversal, name: str, framing: Framing | None)
         return [Instances(camera, Transform(world_steps(prim, clock, report)))]
     if not prim.HasAPI(UsdLux.LightAPI) or not traversal.inherited(prim).visible:
         return []
-    light = read_light(prim, world_matrix(prim, clock), clock, report, origin)
+    light = read_light(prim, world_matrix(prim, clock, report), clock, report, origin)
     return [] if light is None else [light]
 
 

@@ -124,12 +124,15 @@ def world_steps(prim: Any, clock: Clock, report: Report) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def world_matrix(prim: Any, clock: Clock) -> Any:
+def world_matrix(prim: Any, clock: Clock, report: Report) -> Any:
     """Stage from a prim's own space, as usd-core's Gf.Matrix4d (row vectors)."""
     matrix = Gf.Matrix4d(1.0)
     for each in _up(prim):
         for op in reversed(_ordered_ops(UsdGeom.Xformable(each))):
-            matrix *= op.GetOpTransform(clock.code(op.GetAttr()))
+            try:
+                matrix *= op.GetOpTransform(clock.code(op.GetAttr()))
+            except Tf.ErrorException:
+                _leave_out(op.GetOpName(), each, report)
     return matrix
 
 
@@ -164,9 +167,8 @@ def _op_steps(op: NamedOp, value: Any, prim: Any, report: Report) -> tuple[Step,
         numbers = _numbers(kind, value)
     except (TypeError, ValueError, AttributeError):
         numbers = np.array([np.nan])
-    if not np.isfinite(numbers).all():
-        message = f"`{op.name}` has no finite value of its type and is left out"
-        report.add("usd-transform", message, prim.GetPath())
+    if numbers.size != _size(kind) or not np.isfinite(numbers).all():
+        _leave_out(op.name, prim, report)
         return ()
     if kind in _ROTATE:
         axes = _ROTATE[kind]
@@ -183,6 +185,18 @@ def _op_steps(op: NamedOp, value: Any, prim: Any, report: Report) -> tuple[Step,
         message = f"`{op.name}` is projective; only its affine part is used"
         report.add("usd-transform", message, prim.GetPath())
     return (Step(StepKind.MATRIX, np.ascontiguousarray(rows[:, :3].T).ravel()),)
+
+
+def _leave_out(name: str, prim: Any, report: Report) -> None:
+    message = f"`{name}` has no finite value of its type and is left out"
+    report.add("usd-transform", message, prim.GetPath())
+
+
+def _size(kind: str) -> int:
+    """How many numbers `_numbers` has of a kind."""
+    if kind in _ROTATE:
+        return len(_ROTATE[kind])
+    return {"transform": 16, "orient": 4}.get(kind, 3)
 
 
 def _numbers(kind: str, value: Any) -> FloatArray:
