@@ -9,10 +9,6 @@ use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, axes, take_bit};
 use crate::scene::InstanceBlock;
 
-/// A packet that as a whole meets more of a node's children than this is not narrow: its rays are
-/// then tested with the boxes of nodes too, not only with those of leaves.
-const NARROW: usize = 2;
-
 /// As many rays must meet a child of a node, on average, for rays that are not coherent to stay
 /// together.
 pub const SHARED: u32 = 4;
@@ -152,13 +148,6 @@ impl<I: Isa> Bundle<I> {
                 };
                 insert(room, count, entry);
                 count += 1;
-            }
-        }
-        if count <= NARROW {
-            for entry in &mut room[..count] {
-                if entry.child.is_node() {
-                    entry.place = Entry::UNTESTED;
-                }
             }
         }
         stack.extend(count);

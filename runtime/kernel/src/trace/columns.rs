@@ -173,11 +173,13 @@ impl<I: Isa> RayColumns<I> {
         let [low, high] = &self.level;
         let direction: [I::F32; 3] = axes!(|i| I::narrow(low.direction[i], high.direction[i]));
         let [x, y, z] = each!(direction, |x| x.abs());
-        let per_largest = I::F32::splat(1.0) / x.max(y).max(z);
-        let spread = I::F32::splat(DIRECTION_SPREAD);
+        let largest = x.max(y).max(z);
+        // Differences of quotients, multiplied by both divisors.
+        let first_largest = I::F32::splat(largest.get(0));
+        let spread = I::F32::splat(DIRECTION_SPREAD) * largest * first_largest;
         let [x, y, z] = each!(direction, |x| {
-            let x = x * per_largest;
-            (x - I::F32::splat(x.get(0))).abs().le(spread)
+            let first = I::F32::splat(x.get(0)) * largest;
+            x.mul_add(first_largest, -first).abs().le(spread)
         });
         (x & y & z).all()
     }

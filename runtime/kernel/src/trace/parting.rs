@@ -18,7 +18,7 @@ use crate::scene::{Group, Scene};
 const FEW_AT_ONCE: u32 = 2;
 const FEW_IN_TREE: u32 = 1;
 const FEW_IN_GROUP: u32 = 8;
-const FEW_IN_MESH: u32 = 4;
+const FEW_IN_MESH: u32 = 2;
 
 /// The children of the root that are large leaves of simple instances, as bits.
 pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
