@@ -31,6 +31,38 @@ pub struct LevelRays<L> {
     pub per_rate: L,
 }
 
+/// How the world's ray parameter t = start + rate·τ depends on τ, that of [`LevelRays`].
+#[derive(Clone, Copy)]
+pub struct Parameter<L> {
+    pub start: L,
+    pub rate: L,
+    pub per_rate: L,
+}
+
+impl<L: Lanes<Scalar = f64>> Parameter<L> {
+    /// Of one ray.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Parameter<f64> {
+        Parameter {
+            start: self.start.get(i),
+            rate: self.rate.get(i),
+            per_rate: self.per_rate.get(i),
+        }
+    }
+
+    /// The world's t.
+    #[inline(always)]
+    pub fn world(&self, tau: L) -> L {
+        tau.mul_add(self.rate, self.start)
+    }
+
+    /// τ of the world's t.
+    #[inline(always)]
+    pub fn of_world(&self, t: L) -> L {
+        (t - self.start) * self.per_rate
+    }
+}
+
 /// One instance as rays enter it.
 #[derive(Clone, Copy)]
 pub(crate) struct Entrance<'a> {
@@ -131,6 +163,16 @@ pub fn slide_to_center<L: Lanes<Scalar = f64>>(origin: [L; 3], direction: [L; 3]
 }
 
 impl<L: Lanes<Scalar = f64>> LevelRays<L> {
+    /// How the world's parameter depends on theirs.
+    #[inline(always)]
+    pub fn parameter(&self) -> Parameter<L> {
+        Parameter {
+            start: self.start,
+            rate: self.rate,
+            per_rate: self.per_rate,
+        }
+    }
+
     /// The ray in lane `i`.
     #[inline(always)]
     pub fn get(&self, i: usize) -> LevelRays<f64> {

@@ -82,6 +82,26 @@ impl<L: Lanes> TriangleRays<L> {
         }
     }
 
+    /// The ray in lane `i`, and its axes in their order.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> (TurnedRays<L::Scalar>, [usize; 3]) {
+        let axis = if self.along[0].bits() >> i & 1 != 0 {
+            0
+        } else {
+            1 + usize::from(self.along[1].bits() >> i & 1 == 0)
+        };
+        let origin: [L::Scalar; 3] = axes!(|axis| self.origin[axis].get(i));
+        let turned = turned(axis);
+        let ray = TurnedRays {
+            origin: axes!(|axis| origin[turned[axis]]),
+            slope: [self.slope[0].get(i), self.slope[1].get(i)],
+            inverse: self.inverse.get(i),
+            t_min: self.t_min.get(i),
+            t_max: self.t_max.get(i),
+        };
+        (ray, turned)
+    }
+
     /// Rays of any axes against one triangle.
     #[inline(always)]
     pub fn intersect_any_axis(

@@ -1,7 +1,7 @@
 //! What the rays of a packet have found so far.
 use super::Nearest;
 use super::precision::{Halves, PacketMask};
-use crate::lanes::{Isa, Lanes};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, halves, take_bit};
 
 type F64Mask<I> = <<I as Isa>::F64 as Lanes>::Mask;
 
@@ -25,13 +25,32 @@ impl<I: Isa> Best<I> {
         }
     }
 
-    /// Replaces that of one ray.
+    /// Replaces those of some rays, given as bits, by what these have found by now; which of these
+    /// found anything, as bits.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, nearest: Nearest) {
-        let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
-        self.t[half] = self.t[half].with(place, nearest.t);
-        self.leaf[half] = self.leaf[half].with(place, nearest.leaf as f64);
-        self.triangle[half] = self.triangle[half].with(place, f64::from(nearest.triangle));
+    pub fn replace(&mut self, mut rays: u32, found: &[Nearest; MAX_WIDTH]) -> u32 {
+        let mut hit = 0;
+        // All at once: a vector that a number was just written into is slow to load.
+        let mut columns = [[0.0; MAX_WIDTH]; 3];
+        for (column, halves) in columns.iter_mut().zip([self.t, self.leaf, self.triangle]) {
+            halves[0].store(column);
+            halves[1].store(&mut column[I::F64::WIDTH..]);
+        }
+        let [t, leaf, triangle] = &mut columns;
+        while let Some(lane) = take_bit(&mut rays) {
+            let nearest = found[lane];
+            let (new_leaf, new_triangle) = (nearest.leaf as f64, f64::from(nearest.triangle));
+            if (nearest.t, new_leaf, new_triangle) != (t[lane], leaf[lane], triangle[lane]) {
+                hit |= 1 << lane;
+                (t[lane], leaf[lane], triangle[lane]) = (nearest.t, new_leaf, new_triangle);
+            }
+        }
+        if hit != 0 {
+            self.t = halves!(|h| I::F64::load(&t[h * I::F64::WIDTH..]));
+            self.leaf = halves!(|h| I::F64::load(&leaf[h * I::F64::WIDTH..]));
+            self.triangle = halves!(|h| I::F64::load(&triangle[h * I::F64::WIDTH..]));
+        }
+        hit
     }
 
     /// Takes the hits that are nearer, or as near and of a lower leaf or triangle; which these

@@ -5,10 +5,11 @@
 //! A step, which is a node or a block of triangles, has no branch on what the boxes say; when
 //! the turn comes again, what was asked for has arrived.
 use super::Nearest;
-use super::precision::{Precision, block_ray, intersect_block, restrict_block_ray};
+use super::bundle::Bundle;
+use super::precision::{Halves, Precision, block_ray, intersect_block, restrict_block_ray};
 use super::single::TreeRay;
 use crate::bvh::{Child, Node, NodeRay, Row, WIDTH};
-use crate::instance::LevelRays;
+use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, Mask, axes};
 use crate::prefetch::prefetch_at;
 use crate::scene::{Mesh, TriangleBlock};
@@ -35,7 +36,7 @@ pub(super) struct MeshRay<'s, F: Precision> {
     triangle_ray: TurnedRays<F>,
     /// The axes in the order of `triangle_ray`.
     turned: [usize; 3],
-    ray: LevelRays<f64>,
+    parameter: Parameter<f64>,
     /// The number of the mesh's instance.
     leaf: i64,
     /// Whether it is anywhere near the mesh, and no number of a node can make NaN.
@@ -49,6 +50,17 @@ pub(super) struct MeshRay<'s, F: Precision> {
     top: usize,
     /// The node or the block that the ray is at.
     current: usize,
+}
+
+/// W rays brought into the space of a mesh.
+pub(super) struct MeshPacket<'s, I: Isa, F: Precision> {
+    pub mesh: &'s Mesh<F>,
+    /// The number of the mesh's instance.
+    pub leaf: i64,
+    pub rays: Halves<LevelRays<I::F64>>,
+    pub bundle: Bundle<I>,
+    /// Ready for triangles.
+    pub prepared: F::PacketRays<I>,
 }
 
 /// What a ray does next.
@@ -81,7 +93,7 @@ impl<'s, F: Precision> MeshRay<'s, F> {
             reach: 0,
             triangle_ray: block_ray::<F>(&ray, 0.0, 0.0).0,
             turned: [0, 1, 2],
-            ray,
+            parameter: ray.parameter(),
             leaf: -1,
             finite: false,
             taken: false,
@@ -91,12 +103,12 @@ impl<'s, F: Precision> MeshRay<'s, F> {
         }
     }
 
-    /// Begins with a mesh.
+    /// Begins with a mesh, of an instance that is that leaf.
     #[inline(always)]
     pub fn enter(
         &mut self,
         mesh: &'s Mesh<F>,
-        ray: LevelRays<f64>,
+        ray: &LevelRays<f64>,
         leaf: i64,
         [t_min, t_max]: [f64; 2],
     ) {
@@ -107,6 +119,38 @@ impl<'s, F: Precision> MeshRay<'s, F> {
             ray.per_rate,
             [t_min, t_max],
         );
+        let triangle_ray = block_ray::<F>(ray, t_min, t_max);
+        self.begin(mesh, leaf, ray.parameter(), &tree_ray, triangle_ray);
+    }
+
+    /// Begins with a mesh that the ray has entered as one of a packet.
+    #[inline(always)]
+    pub fn enter_from<I: Isa>(&mut self, packet: &MeshPacket<'s, I, F>, lane: usize) {
+        let MeshPacket { bundle, rays, .. } = packet;
+        let origin = axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i]));
+        let direction = axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i]));
+        self.begin(
+            packet.mesh,
+            packet.leaf,
+            rays[lane / I::F64::WIDTH]
+                .parameter()
+                .get(lane % I::F64::WIDTH),
+            &bundle.tree_ray(lane, [origin, direction]),
+            F::packet_get::<I>(&packet.prepared, lane),
+        );
+    }
+
+    // All that is kept is written number by number: what was just written in small parts is slow to
+    // copy.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        mesh: &'s Mesh<F>,
+        leaf: i64,
+        parameter: Parameter<f64>,
+        tree_ray: &TreeRay,
+        (triangle_ray, turned): (TurnedRays<F>, [usize; 3]),
+    ) {
         self.nodes = &mesh.tree.nodes;
         self.blocks = &mesh.blocks;
         self.node_ray = tree_ray.node_ray;
@@ -119,8 +163,8 @@ impl<'s, F: Precision> MeshRay<'s, F> {
         ];
         self.after = tree_ray.after;
         self.before = tree_ray.before;
-        (self.triangle_ray, self.turned) = block_ray::<F>(&ray, t_min, t_max);
-        self.ray = ray;
+        (self.triangle_ray, self.turned) = (triangle_ray, turned);
+        self.parameter = parameter;
         self.leaf = leaf;
         self.taken = false;
         self.current = 0;
@@ -194,7 +238,7 @@ impl<'s, F: Precision> MeshRay<'s, F> {
         let block = &self.blocks[self.current];
         let lanes: TurnedRays<F::Block<I>> = self.triangle_ray.in_lanes();
         let mut taken = false;
-        intersect_block(&lanes, self.turned, &self.ray, block, |lane, t| {
+        intersect_block(&lanes, self.turned, &self.parameter, block, |lane, t| {
             taken |= nearest.offer(t, self.leaf, block.triangles[lane]);
         });
         if taken {
@@ -202,9 +246,9 @@ impl<'s, F: Precision> MeshRay<'s, F> {
             if ANY {
                 return Next::Done;
             }
-            self.before = ((nearest.t - self.ray.start) * self.ray.per_rate) as f32;
+            self.before = self.parameter.of_world(nearest.t) as f32;
             self.look_to();
-            restrict_block_ray(&mut self.triangle_ray, &self.ray, t_min, nearest.t);
+            restrict_block_ray(&mut self.triangle_ray, &self.parameter, t_min, nearest.t);
         }
         if self.top == 0 {
             return Next::Done;

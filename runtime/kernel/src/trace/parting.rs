@@ -1,17 +1,19 @@
 //! Rays of a packet that part, to go on one at a time, and rays apart that begin as a packet.
 //!
 //! Both are tasks called out of line, so that packets that stay together have the registers.
-use super::bundle::large_children;
+use super::bundle::{Bundle, large_children};
 use super::columns::RayColumns;
 use super::entries::Entry;
 use super::level::Target;
+use super::mesh_ray::MeshPacket;
 use super::packet::{Level, Packet};
-use super::precision::{PacketMask, Precision};
+use super::precision::{Halves, PacketMask, Precision};
 use super::single;
 use super::singles::Singles;
 use crate::bvh::{Child, WIDTH};
-use crate::lanes::{Isa, Lanes, Mask, Task, take_bit};
-use crate::scene::{Group, Scene};
+use crate::instance::LevelRays;
+use crate::lanes::{Isa, Lanes, Mask, Task, halves, take_bit};
+use crate::scene::{Geometry, Group, Scene};
 
 // As many rays as are faster one at a time, measured: in the tree of a group, in an instance of a
 // group, and in one of a mesh. With a shape a packet takes no longer than one ray.
@@ -20,27 +22,27 @@ const FEW_IN_TREE: u32 = 1;
 const FEW_IN_GROUP: u32 = 8;
 const FEW_IN_MESH: u32 = 2;
 
-/// The children of the root that are large leaves of simple instances, as bits.
+/// The children of the root that are large leaves of instances of objects, as bits.
 pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
     let root = &scene.groups[0];
     let Some(node) = root.tree.nodes.first() else {
         return 0;
     };
-    let is_simple = |child: &Child| {
-        let is_simple = |item: &Child| {
+    let is_object = |child: &Child| {
+        let is_object = |item: &Child| {
             let row = root.start + item.number() as usize;
-            scene.target(row).is_simple()
+            matches!(scene.target(row), Target::Prototype(_))
         };
         if child.is_item() {
-            return is_simple(child);
+            return is_object(child);
         }
         !child.is_node() && {
             let block = &root.blocks[child.number() as usize];
-            (block.instances[..block.len as usize].iter()).all(is_simple)
+            (block.instances[..block.len as usize].iter()).all(is_object)
         }
     };
     (0..WIDTH)
-        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_simple(&node.children[i]))
+        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_object(&node.children[i]))
         .fold(0, |leaves, i| leaves | 1 << i)
 }
 
@@ -141,30 +143,69 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
             active,
         } = self;
         let mut left = active.bits();
-        while let Some(lane) = take_bit(&mut left) {
-            let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
-            let start = single::Level {
-                ray: level.rays[half].get(place),
-                tree_ray: level.bundle.tree_ray(lane, level.rounded),
-                group: level.group,
-                first_leaf: level.first_leaf,
-                stack_base: 0,
-            };
-            let (t_min, best) = (packet.t_min[half].get(place), packet.best.get(lane));
-            singles.start_at::<ANY>(lane, start, child, t_min, best);
-        }
-        singles.finish::<ANY>();
-        let mut hit = 0;
-        let mut left = active.bits();
-        while let Some(lane) = take_bit(&mut left) {
-            let nearest = singles.found[lane];
-            if nearest != packet.best.get(lane) {
-                hit |= 1 << lane;
-                packet.best.set(lane, nearest);
+        if let Some(mesh) = packet.enter_mesh(level, child, active) {
+            while let Some(lane) = take_bit(&mut left) {
+                let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
+                singles.start_in_mesh(lane, &mesh, t_min, best);
+            }
+        } else {
+            while let Some(lane) = take_bit(&mut left) {
+                let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
+                let start = single::Level {
+                    ray: level.rays[half].get(place),
+                    tree_ray: level.bundle.tree_ray(lane, level.rounded),
+                    group: level.group,
+                    first_leaf: level.first_leaf,
+                    stack_base: 0,
+                };
+                let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
+                singles.start_at::<ANY>(lane, start, child, t_min, best);
             }
         }
+        singles.finish::<ANY>();
+        let hit = packet.best.replace(active.bits(), &singles.found);
         if ANY {
             packet.alive = packet.alive.and_not(Mask::from_bits(hit));
         }
+    }
+}
+
+impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
+    /// The world's t from which on one of the rays looks for hits.
+    #[inline(always)]
+    fn t_min(&self, lane: usize) -> f64 {
+        self.t_min[lane / I::F64::WIDTH].get(lane % I::F64::WIDTH)
+    }
+
+    /// The rays in the space of a mesh, if the child of the level's tree is an instance of one.
+    #[inline(always)]
+    fn enter_mesh(
+        &self,
+        level: &Level<'s, I>,
+        child: Child,
+        active: PacketMask<I>,
+    ) -> Option<MeshPacket<'s, I, F>> {
+        if !child.is_item() {
+            return None;
+        }
+        let offset = child.number() as usize;
+        let row = level.group.start + offset;
+        let target = self.scene.target(row);
+        let Target::Prototype(prototype) = target else {
+            return None;
+        };
+        let Geometry::Mesh(mesh) = &prototype.geometry else {
+            return None;
+        };
+        let entrance = self.scene.entrance(row, &target);
+        let rays: Halves<LevelRays<I::F64>> =
+            halves!(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
+        Some(MeshPacket {
+            mesh,
+            leaf: level.first_leaf + level.group.leaves_before(offset),
+            bundle: Bundle::of_mesh(&rays, [&self.t_min, &self.best.t], active),
+            prepared: F::packet_rays::<I>(&rays, &self.t_min, &self.best.t),
+            rays,
+        })
     }
 }

@@ -1,5 +1,5 @@
 //! From rays in f64 to intersectors in F, and back to the world's ray parameter.
-use crate::instance::LevelRays;
+use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, Mask, axes, each, halves, take_bit};
 use crate::scalar::Scalar;
 use crate::scene::{BLOCK, TriangleBlock};
@@ -16,12 +16,9 @@ pub type PacketMask<I> = <<I as Isa>::F32 as Lanes>::Mask;
 /// Hits are compared in f64 afterwards, so the upper end may be too large: by what `from_level`
 /// and this may round, so that ties are not lost.
 #[inline(always)]
-fn level_interval<L: Lanes<Scalar = f64>>(rays: &LevelRays<L>, t_min: L, t_max: L) -> (L, L) {
+fn level_interval<L: Lanes<Scalar = f64>>(parameter: &Parameter<L>, t_min: L, t_max: L) -> (L, L) {
     let above = t_max.abs().mul_add(L::splat(4.0 * f64::EPSILON), t_max);
-    (
-        (t_min - rays.start) * rays.per_rate,
-        raised((above - rays.start) * rays.per_rate),
-    )
+    (parameter.of_world(t_min), raised(parameter.of_world(above)))
 }
 
 /// A little more than t.
@@ -33,12 +30,6 @@ fn raised<L: Lanes>(t: L) -> L {
     let slack = L::splat(L::Scalar::from_f64(L::Scalar::EPS.to_f64() * 4.0));
     t.abs()
         .mul_add(slack, t + L::splat(L::Scalar::MIN_POSITIVE))
-}
-
-/// A level's parameter in the world's.
-#[inline(always)]
-fn from_level<L: Lanes>(rays: &LevelRays<L>, t: L) -> L {
-    t.mul_add(rays.rate, rays.start)
 }
 
 /// Rays against one triangle of a block.
@@ -90,6 +81,12 @@ pub trait Precision: Scalar {
         t_max: &Halves<I::F64>,
     );
 
+    /// One ray of a packet, and its axes in their order.
+    fn packet_get<I: Isa>(
+        prepared: &Self::PacketRays<I>,
+        lane: usize,
+    ) -> (TurnedRays<Self>, [usize; 3]);
+
     /// Rays whose largest component is along this axis.
     fn packet_along<I: Isa>(prepared: &Self::PacketRays<I>, axis: usize) -> PacketMask<I>;
 
@@ -111,8 +108,8 @@ fn narrow_interval<I: Isa>(
     t_min: &Halves<I::F64>,
     t_max: &Halves<I::F64>,
 ) -> (I::F32, I::F32) {
-    let (low_min, low_max) = level_interval(&rays[0], t_min[0], t_max[0]);
-    let (high_min, high_max) = level_interval(&rays[1], t_min[1], t_max[1]);
+    let (low_min, low_max) = level_interval(&rays[0].parameter(), t_min[0], t_max[0]);
+    let (high_min, high_max) = level_interval(&rays[1].parameter(), t_min[1], t_max[1]);
     (
         I::narrow(low_min, high_min),
         raised(I::narrow(low_max, high_max)),
@@ -130,7 +127,10 @@ fn narrow_vectors<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> ([I::F32; 3], [I:
 #[inline(always)]
 fn widened<I: Isa>(rays: &Halves<LevelRays<I::F64>>, t: I::F32) -> Halves<I::F64> {
     let (low, high) = I::widen(t);
-    [from_level(&rays[0], low), from_level(&rays[1], high)]
+    [
+        rays[0].parameter().world(low),
+        rays[1].parameter().world(high),
+    ]
 }
 
 impl Precision for f32 {
@@ -172,6 +172,14 @@ impl Precision for f32 {
     ) {
         let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
         prepared.look_within(t_min, t_max);
+    }
+
+    #[inline(always)]
+    fn packet_get<I: Isa>(
+        prepared: &TriangleRays<I::F32>,
+        lane: usize,
+    ) -> (TurnedRays<f32>, [usize; 3]) {
+        prepared.get(lane)
     }
 
     #[inline(always)]
@@ -218,7 +226,7 @@ impl Precision for f64 {
         t_max: &Halves<I::F64>,
     ) -> Halves<TriangleRays<I::F64>> {
         halves!(|h| {
-            let (t_min, t_max) = level_interval(&rays[h], t_min[h], t_max[h]);
+            let (t_min, t_max) = level_interval(&rays[h].parameter(), t_min[h], t_max[h]);
             TriangleRays::new(&RayLanes {
                 o: rays[h].origin,
                 d: rays[h].direction,
@@ -235,9 +243,17 @@ impl Precision for f64 {
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) {
-        let [low, high] = halves!(|h| level_interval(&rays[h], t_min[h], t_max[h]));
+        let [low, high] = halves!(|h| level_interval(&rays[h].parameter(), t_min[h], t_max[h]));
         prepared[0].look_within(low.0, low.1);
         prepared[1].look_within(high.0, high.1);
+    }
+
+    #[inline(always)]
+    fn packet_get<I: Isa>(
+        prepared: &Halves<TriangleRays<I::F64>>,
+        lane: usize,
+    ) -> (TurnedRays<f64>, [usize; 3]) {
+        prepared[lane / I::F64::WIDTH].get(lane % I::F64::WIDTH)
     }
 
     #[inline(always)]
@@ -259,7 +275,10 @@ impl Precision for f64 {
         let (hit_high, t_high) = intersect_one(&prepared[1], axis, block, lane, active.1);
         (
             I::join(hit_low, hit_high),
-            [from_level(&rays[0], t_low), from_level(&rays[1], t_high)],
+            [
+                rays[0].parameter().world(t_low),
+                rays[1].parameter().world(t_high),
+            ],
         )
     }
 }
@@ -273,7 +292,7 @@ fn half_shape<I: Isa>(
     t_max: I::F64,
     active: <I::F64 as Lanes>::Mask,
 ) -> (<I::F64 as Lanes>::Mask, I::F64) {
-    let (t_min, t_max) = level_interval(rays, t_min, t_max);
+    let (t_min, t_max) = level_interval(&rays.parameter(), t_min, t_max);
     let ray = RayLanes {
         o: rays.origin,
         d: rays.direction,
@@ -281,13 +300,13 @@ fn half_shape<I: Isa>(
         t_max,
     };
     let (hit, t) = shape.intersect::<I, _>(&ray, active);
-    (hit, from_level(rays, t))
+    (hit, rays.parameter().world(t))
 }
 
 /// The interval of one ray.
 #[inline(always)]
-fn single_interval<F: Scalar>(ray: &LevelRays<f64>, t_min: f64, t_max: f64) -> (F, F) {
-    let (t_min, t_max) = level_interval(ray, t_min, t_max);
+fn single_interval<F: Scalar>(parameter: &Parameter<f64>, t_min: f64, t_max: f64) -> (F, F) {
+    let (t_min, t_max) = level_interval(parameter, t_min, t_max);
     (F::from_f64(t_min), raised(F::from_f64(t_max)))
 }
 
@@ -299,7 +318,7 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
     t_min: f64,
     t_max: f64,
 ) -> Option<f64> {
-    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let (t_min, t_max) = single_interval(&ray.parameter(), t_min, t_max);
     let lanes = RayLanes {
         o: each!(ray.origin, |x| F::from_f64(x)),
         d: each!(ray.direction, |x| F::from_f64(x)),
@@ -307,7 +326,7 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
         t_max,
     };
     let (hit, t) = shape.intersect::<I, F>(&lanes, true);
-    let t = from_level(ray, t.to_f64());
+    let t = ray.parameter().world(t.to_f64());
     if hit { Some(t) } else { None }
 }
 
@@ -318,7 +337,7 @@ pub fn block_ray<L: Lanes>(
     t_min: f64,
     t_max: f64,
 ) -> (TurnedRays<L>, [usize; 3]) {
-    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let (t_min, t_max) = single_interval(&ray.parameter(), t_min, t_max);
     let rays = TriangleRays::<L::Scalar>::new(&RayLanes {
         o: each!(ray.origin, |x| L::Scalar::from_f64(x)),
         d: each!(ray.direction, |x| L::Scalar::from_f64(x)),
@@ -333,11 +352,11 @@ pub fn block_ray<L: Lanes>(
 #[inline(always)]
 pub fn restrict_block_ray<L: Lanes>(
     prepared: &mut TurnedRays<L>,
-    ray: &LevelRays<f64>,
+    parameter: &Parameter<f64>,
     t_min: f64,
     t_max: f64,
 ) {
-    let (t_min, t_max) = single_interval(ray, t_min, t_max);
+    let (t_min, t_max) = single_interval(parameter, t_min, t_max);
     prepared.look_within(L::splat(t_min), L::splat(t_max));
 }
 
@@ -347,7 +366,7 @@ pub fn restrict_block_ray<L: Lanes>(
 pub fn intersect_block<L: Lanes>(
     prepared: &TurnedRays<L>,
     [i, j, k]: [usize; 3],
-    ray: &LevelRays<f64>,
+    parameter: &Parameter<f64>,
     block: &TriangleBlock<L::Scalar>,
     mut found: impl FnMut(usize, f64),
 ) {
@@ -365,7 +384,7 @@ pub fn intersect_block<L: Lanes>(
         let mut lanes = [L::Scalar::default(); BLOCK];
         t.store(&mut lanes);
         while let Some(lane) = take_bit(&mut hit) {
-            found(first + lane, from_level(ray, lanes[lane].to_f64()));
+            found(first + lane, parameter.world(lanes[lane].to_f64()));
         }
     }
 }

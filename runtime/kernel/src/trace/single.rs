@@ -116,12 +116,31 @@ pub(super) struct Level<'s> {
     pub stack_base: usize,
 }
 
+impl<'s> Level<'s> {
+    /// Of a ray that looks for nothing.
+    fn new(group: &'s Group) -> Level<'s> {
+        Level {
+            ray: LevelRays {
+                origin: [0.0; 3],
+                direction: [1.0; 3],
+                start: 0.0,
+                rate: 1.0,
+                per_rate: 1.0,
+            },
+            tree_ray: TreeRay::new([0.0; 3], [1.0; 3], 0.0, 1.0, [0.0; 2]),
+            group,
+            first_leaf: 0,
+            stack_base: 0,
+        }
+    }
+}
+
 /// What comes of an instance.
-enum Visited<'s> {
+enum Visited {
     /// It is done with.
     Done,
-    /// A group, that is, a level inside.
-    Group(Level<'s>),
+    /// A group: the ray is at a level inside.
+    Group,
     /// A mesh, and what the ray does there next.
     Mesh(Next),
 }
@@ -129,8 +148,10 @@ enum Visited<'s> {
 /// A ray on its way; stacks are kept from ray to ray.
 pub(super) struct Single<'s, I: Isa, F: Precision> {
     scene: &'s Scene<F>,
-    /// From the root down.
+    /// From the root down; those from `depth` on are room. What was just written in small parts is
+    /// slow to copy: levels are written where they stay.
     levels: Vec<Level<'s>>,
+    depth: usize,
     stack: Stack,
     /// The way through the mesh that the ray is in.
     pub mesh_ray: MeshRay<'s, F>,
@@ -143,7 +164,8 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     pub fn new(scene: &'s Scene<F>) -> Self {
         Single {
             scene,
-            levels: Vec::new(),
+            levels: vec![Level::new(&scene.groups[0])],
+            depth: 0,
             stack: Stack::new(),
             mesh_ray: MeshRay::new(),
             t_min: 0.0,
@@ -160,18 +182,13 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         self.nearest = nearest;
         self.stack.clear();
         roots.push_met::<ANY>(ray, root, &mut self.stack);
-        let (ray, mut tree_ray) = roots.ray(ray);
+        let level = &mut self.levels[0];
+        (level.ray, level.tree_ray) = roots.ray(ray);
         if nearest.leaf >= 0 {
-            tree_ray.restrict(nearest.t);
+            level.tree_ray.restrict(nearest.t);
         }
-        self.levels.clear();
-        self.levels.push(Level {
-            ray,
-            tree_ray,
-            group: root,
-            first_leaf: 0,
-            stack_base: 0,
-        });
+        (level.group, level.first_leaf) = (root, 0);
+        self.depth = 1;
     }
 
     /// Begins with a ray that has come to a level some other way: for what it meets below `child` of
@@ -182,8 +199,17 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         self.nearest = nearest;
         self.stack.clear();
         self.stack.push(child);
-        self.levels.clear();
-        self.levels.push(level);
+        self.levels[0] = level;
+        self.depth = 1;
+    }
+
+    /// Begins with a ray that is in a mesh, and nowhere else.
+    #[inline(always)]
+    pub fn begin_in_mesh(&mut self, t_min: f64, nearest: Nearest) {
+        self.t_min = t_min;
+        self.nearest = nearest;
+        self.stack.clear();
+        self.depth = 0;
     }
 
     /// Ends a visit of a mesh.
@@ -191,8 +217,8 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     pub fn leave_mesh<const ANY: bool>(&mut self) {
         if self.mesh_ray.taken {
             if ANY {
-                self.levels.clear();
-            } else if let Some(level) = self.levels.last_mut() {
+                self.depth = 0;
+            } else if let Some(level) = self.levels[..self.depth].last_mut() {
                 level.tree_ray.restrict(self.nearest.t);
             }
         }
@@ -201,19 +227,25 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     /// Goes on into the next mesh, or is done. With ANY, ends with whichever hit is found first.
     #[inline(always)]
     pub fn advance<const ANY: bool>(&mut self) -> Next {
-        // Levels stay in their places: what was just written in small parts is slow to copy.
         let mut levels = std::mem::take(&mut self.levels);
         let mut next = Next::Done;
-        while let Some(level) = levels.last_mut() {
+        while self.depth > 0 {
+            if levels.len() == self.depth {
+                levels.push(Level::new(&self.scene.groups[0]));
+            }
+            let (outer, inner) = levels.split_at_mut(self.depth);
+            let (Some(level), Some(inner)) = (outer.last_mut(), inner.first_mut()) else {
+                break;
+            };
             let Some(offset) = self.next_item::<ANY>(level) else {
-                levels.pop();
-                if let Some(outer) = levels.last_mut() {
+                self.depth -= 1;
+                if let Some(outer) = levels[..self.depth].last_mut() {
                     outer.tree_ray.restrict(self.nearest.t);
                 }
                 continue;
             };
-            match self.visit::<ANY>(level, offset) {
-                Visited::Group(inner) => levels.push(inner),
+            match self.visit::<ANY>(level, inner, offset) {
+                Visited::Group => self.depth += 1,
                 Visited::Mesh(visit) => {
                     next = visit;
                     break;
@@ -228,29 +260,31 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
 
     /// Begins a level: its root and its unbounded instances are on the stack.
     #[inline(always)]
-    fn enter(&mut self, ray: LevelRays<f64>, group: &'s Group, first_leaf: i64) -> Level<'s> {
+    fn enter(
+        &mut self,
+        level: &mut Level<'s>,
+        ray: LevelRays<f64>,
+        group: &'s Group,
+        first_leaf: i64,
+    ) {
         let space = group.tree.space;
         let (origin, slide) = ray.in_space(&space);
-        let tree_ray = TreeRay::new(
+        level.ray = ray;
+        level.tree_ray = TreeRay::new(
             origin,
             ray.direction,
             (slide / space.scale).mul_add(ray.rate, ray.start),
             ray.per_rate * space.scale,
             [self.t_min, self.nearest.t],
         );
-        let stack_base = self.stack.len();
+        level.group = group;
+        level.first_leaf = first_leaf;
+        level.stack_base = self.stack.len();
         if !group.tree.nodes.is_empty() {
             self.stack.push(Child::ROOT);
         }
         for &offset in &group.unbounded {
             self.stack.push(Child::item(offset));
-        }
-        Level {
-            ray,
-            tree_ray,
-            group,
-            first_leaf,
-            stack_base,
         }
     }
 
@@ -312,15 +346,21 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
 
     /// Tests an instance, or goes into it.
     #[inline(always)]
-    fn visit<const ANY: bool>(&mut self, level: &mut Level<'s>, offset: usize) -> Visited<'s> {
+    fn visit<const ANY: bool>(
+        &mut self,
+        level: &mut Level<'s>,
+        inner: &mut Level<'s>,
+        offset: usize,
+    ) -> Visited {
         let row = level.group.start + offset;
         let target = self.scene.target(row);
         let entrance = self.scene.entrance(row, &target);
         let leaf = level.first_leaf + level.group.leaves_before(offset);
         let prototype = match target {
-            Target::Group(inner) => {
+            Target::Group(group) => {
                 let ray = entrance.enter_group(&level.ray);
-                return Visited::Group(self.enter(ray, inner, leaf));
+                self.enter(inner, ray, group, leaf);
+                return Visited::Group;
             }
             Target::Prototype(prototype) => prototype,
         };
@@ -331,7 +371,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
                 if let [block] = &mesh.blocks[..] {
                     self.visit_block_of_mesh(&ray, block, leaf)
                 } else {
-                    self.mesh_ray.enter(mesh, ray, leaf, interval);
+                    self.mesh_ray.enter(mesh, &ray, leaf, interval);
                     match self.mesh_ray.visit_root::<I>() {
                         Next::Done => false,
                         next => return Visited::Mesh(next),
@@ -359,7 +399,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     ) -> bool {
         let (prepared, turned) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
         let mut taken = false;
-        intersect_block(&prepared, turned, ray, block, |lane, t| {
+        intersect_block(&prepared, turned, &ray.parameter(), block, |lane, t| {
             taken |= self.nearest.offer(t, leaf, block.triangles[lane]);
         });
         taken

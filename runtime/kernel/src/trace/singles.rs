@@ -1,6 +1,6 @@
 //! Rays of a batch one at a time, but for meshes, where they take turns.
 use super::Nearest;
-use super::mesh_ray::Next;
+use super::mesh_ray::{MeshPacket, Next};
 use super::precision::Precision;
 use super::roots::Roots;
 use super::single::{Level, Single};
@@ -118,6 +118,25 @@ impl<'s, I: Isa, F: Precision> Singles<'s, I, F> {
         let place = lane % self.rays.len();
         self.rays[place].begin_at(level, child, t_min, nearest);
         self.advance::<ANY>(place, lane);
+    }
+
+    /// Starts a ray that has come to a mesh.
+    #[inline(always)]
+    pub fn start_in_mesh(
+        &mut self,
+        lane: usize,
+        packet: &MeshPacket<'s, I, F>,
+        t_min: f64,
+        nearest: Nearest,
+    ) {
+        let ray = &mut self.rays[lane];
+        ray.begin_in_mesh(t_min, nearest);
+        ray.mesh_ray.enter_from(packet, lane);
+        self.found[lane] = nearest;
+        match ray.mesh_ray.visit_root::<I>() {
+            Next::Done => {}
+            next => self.queues.push(lane, next),
+        }
     }
 
     /// Finds the nearest hits of all that were started; with ANY, whichever come first.

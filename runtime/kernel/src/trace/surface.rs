@@ -267,7 +267,7 @@ impl<F: Scalar> Scene<F> {
                 }
             }
         };
-        let tau = (t - rays.start) * rays.per_rate;
+        let tau = rays.parameter().of_world(t);
         let rounding = L::splat(COORDINATE_ERROR) * reach * rays.per_rate;
         let of_object = prototype.surface(&rays, tau, triangles, lanes, rounding);
         let ObjectSurface {
