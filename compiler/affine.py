@@ -64,14 +64,15 @@ class Affine:
             for j, entry in enumerate(row):
                 np.add(entry.hi, 0.0, out=out[:, i, j])
 
-    def is_finite(self) -> NDArray[np.bool_] | np.bool_:
-        """Where all entries are finite: an array, or one answer for every lane."""
-        finite: NDArray[np.bool_] | np.bool_ = np.bool_(True)
+    def is_within(self, limit: float) -> NDArray[np.bool_] | np.bool_:
+        """Where no entry exceeds `limit` in absolute value: an array, or one answer for all."""
+        within: NDArray[np.bool_] | np.bool_ = np.bool_(True)
         for row in self.rows:
             for entry in row:
-                if not (isinstance(entry.hi, np.float64) and np.isfinite(entry.hi)):
-                    finite = finite & np.isfinite(entry.hi)
-        return finite
+                # Most are: two numbers tell, and NaN passes no comparison.
+                if not (-limit <= np.min(entry.hi) and np.max(entry.hi) <= limit):
+                    within = within & (np.abs(entry.hi) <= limit)
+        return within
 
 
 def scatter(parts: Iterable[tuple[Affine, NDArray[np.int64]]], count: int) -> Affine:

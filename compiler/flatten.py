@@ -19,14 +19,16 @@ from compiler.column import Integers
 from compiler.compress import NO_MATERIAL, Branches, compress, overriding
 from compiler.expand import Plan, plan
 from compiler.ir import MAX_LEAVES, SceneIR
-from compiler.lights import left_out, place_lights
+from compiler.lights import place_lights
 from compiler.merge import merged
 from compiler.prototypes import Prototypes
 from compiler.provenance import Origins, Texts
+from compiler.reach import Reason, left_out, left_out_rows
 from compiler.rows import Rows, first_uses, needs_default_material, renumbered, rows, without
 from compiler.walk import Load, walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
+from dsl.limits import SIZES
 from dsl.records import value
 from dsl.scene import (
     DEFAULT_MATERIAL,
@@ -61,8 +63,8 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     """The flat scene that `graph` denotes; `load` reads the files it names.
 
     Chains are composed in double-double and rounded once. Instances whose transform has no
-    inverse, or is not finite, are left out with a warning. Settings said several times hold as
-    said last.
+    inverse, and what is out of range (see `compiler.reach`), are left out with a warning.
+    Settings said several times hold as said last.
     """
     walked = walk(graph.root, load)
     prototypes, materials, origins = Prototypes(walked.order), Materials(), Origins()
@@ -77,11 +79,13 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     if any(d.severity == "error" for d in diagnostics):
         return Flattened(None, diagnostics, Pruned())
 
-    table, exists = rows(branches, planned)
-    singular = np.flatnonzero(~exists)
-    if len(singular):
-        diagnostics += _singular(table, singular, origins)
-        table = without(table, singular)
+    sizes = prototypes.sizes()
+    table, ordinary = rows(branches, planned, SIZES[1] / (4.0 * sizes.max(initial=1.0)))
+    reasons = left_out_rows(table, ordinary, sizes)
+    dropped = np.flatnonzero(reasons)
+    if len(dropped):
+        diagnostics += _left_out(table, dropped, reasons[dropped], origins)
+        table = without(table, dropped)
     used_prototypes = first_uses(table.target[table.target >= 0], len(prototypes.nodes))
     used_materials = _used_materials(table, len(materials.nodes))
     used_origins = first_uses(table.sources.origin, len(origins.places))
@@ -119,7 +123,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         empty_meshes=prototypes.empty,
         unused_materials=len(materials.nodes) - len(set(used_materials) | {0}),
         dark_lights=lights.dark,
-        singular_instances=len(singular),
+        singular_instances=len(dropped),
     )
     return Flattened(ir, diagnostics, pruned)
 
@@ -177,13 +181,25 @@ def _place(branches: Branches, branch: int, origins: Origins) -> Place | None:
     return None
 
 
-def _singular(table: Rows, singular: Integers, origins: Origins) -> list[Diagnostic]:
-    """One warning for each place whose instances are left out."""
-    origin = np.append(table.sources.origin, -1)[table.source[singular]]
-    finite = np.isfinite(table.forward[singular]).all(axis=(1, 2))
+def _left_out(
+    table: Rows, dropped: Integers, reasons: NDArray[np.uint8], origins: Origins
+) -> list[Diagnostic]:
+    """One warning for each reason and place whose instances are left out."""
+    origin = np.append(table.sources.origin, -1)[_emitted(table, dropped, origins)]
     return [
-        left_out(int(count), bool(is_finite), origins.places[number] if number >= 0 else None)
+        left_out(count, reason, origins.places[number] if number >= 0 else None)
         for number in dict.fromkeys(origin.tolist())
-        for is_finite in (True, False)
-        if (count := ((origin == number) & (finite == is_finite)).sum())
+        for reason in Reason
+        if (count := int(((origin == number) & (reasons == reason)).sum()))
     ]
+
+
+def _emitted(table: Rows, rows: Integers, origins: Origins) -> Integers:
+    """The segment of each row's path that tells where it is emitted: the innermost with a name."""
+    labelled = np.array(origins.labelled(), dtype=bool)
+    named = np.append(labelled[table.sources.origin], True)
+    parent = np.append(table.sources.parent, -1)
+    segment = innermost = table.source[rows]
+    while not named[segment].all():
+        segment = np.where(named[segment], segment, parent[segment])
+    return np.where(segment >= 0, segment, innermost)

@@ -13,11 +13,11 @@ from compiler.compress import Leaf, compress
 from compiler.expand import expand, plan
 from compiler.place import Frames
 from compiler.provenance import Origins
+from compiler.reach import Reason, extent, left_out, reasons
 from compiler.walk import Walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
-from dsl.scene import Camera, Light, Node, Sky
-from dsl.spans import Place
+from dsl.scene import AreaLight, Camera, Light, Node, PointLight, Sky
 
 MAX_LIGHTS = 100_000
 _PLACED = frozenset((*get_args(Light), Camera))
@@ -72,26 +72,27 @@ def place_lights(walk: Walk) -> PlacedLights:
     return placed
 
 
-def left_out(count: int, finite: bool, place: Place | None) -> Diagnostic:
-    """The warning for things whose transform has no inverse, or is not even `finite`."""
-    who = "this is" if count == 1 else f"{count} instances of this are"
-    why, mend = (
-        ("has no inverse", "a scale of 0 leaves nothing that a ray could hit")
-        if finite
-        else ("is not finite", "keep numbers below 1e300")
-    )
-    message = f"{who} left out: the transform {why}"
-    return diagnostic("scene-singular-transform", message, place, help=mend)
-
-
 def _add(placed: PlacedLights, node: Light | Camera, placement: Placement) -> None:
     forward, inverse = np.empty((2, 1, 3, 4))
     placement.forward.round_into(forward)
     placement.inverse.round_into(inverse)
-    if not isinstance(node, Sky) and not np.isfinite([forward, inverse]).all():
+    size = np.array([_size(node)])
+    (reason,) = reasons(extent(forward, inverse), size, np.ones(1)).tolist()
+    if reason and not isinstance(node, Sky):
         place = node.origin.place if node.origin else None
-        placed.diagnostics.append(left_out(1, bool(np.isfinite(forward).all()), place))
+        placed.diagnostics.append(left_out(1, Reason(reason), place))
     elif isinstance(node, Camera):
         placed.cameras.append((node, placement.forward))
     else:
         placed.lights.append((node, placement.forward))
+
+
+def _size(node: Light | Camera) -> float:
+    """What no coordinate of a light or camera in its own space exceeds."""
+    match node:
+        case PointLight():
+            return max(*map(abs, node.position), node.radius)
+        case AreaLight():
+            return max(abs(x) for vector in (node.position, *node.axes) for x in vector)
+        case _:
+            return 0.0

@@ -187,12 +187,15 @@ def _lanes(chain: Factor, lanes: Integers) -> Placement:
 
 
 def matrices(
-    frames: Frames, count: int
+    frames: Frames, count: int, limit: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32], NDArray[np.bool_]]:
-    """All leaves: world_from_object, object_from_world, translation_low, and whether both exist."""
+    """All leaves: world_from_object, object_from_world, translation_low; whether both are ordinary.
+
+    They are where no number of them exceeds `limit`.
+    """
     forward, inverse = np.empty((count, 3, 4)), np.empty((count, 3, 4))
     low = np.zeros((count, 3), dtype=np.float32)
-    exists = np.empty(count, dtype=bool)
+    ordinary = np.empty(count, dtype=bool)
 
     def fill(chunk: Chunk) -> None:
         placement, leaves = frames.placements(chunk), chunk.leaves
@@ -206,10 +209,10 @@ def matrices(
         for axis, entry in enumerate(placement.forward.translation):
             if np.any(entry.lo):
                 low[leaves, axis] = _significant(entry.lo, entry.hi)
-        exists[leaves] = placement.forward.is_finite() & placement.inverse.is_finite()
+        ordinary[leaves] = placement.forward.is_within(limit) & placement.inverse.is_within(limit)
 
     _each(fill, list(frames.chunks()))
-    return forward, inverse, low, exists
+    return forward, inverse, low, ordinary
 
 
 def _each(fill: Callable[[Chunk], None], chunks: Sequence[Chunk]) -> None:

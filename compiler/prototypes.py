@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from compiler.compress import Leaf
 from compiler.ir import KINDS, MESH
-from dsl.scene import Mesh, Node, Shape, Step, StepKind, Transform
+from dsl.scene import Mesh, Node, Shape, ShapeKind, Step, StepKind, Transform
 from dsl.sizes import scaled_units, unit_of
 
 
@@ -66,6 +66,10 @@ class Prototypes:
             self.equal += 1
         return Leaf(number, size)
 
+    def sizes(self) -> NDArray[np.float64]:
+        """What no coordinate of each prototype exceeds; of a plane, that of its origin."""
+        return np.array([_size(node) for node in self.nodes], dtype=np.float64)
+
     def arrays(self, used: Sequence[int]) -> PrototypeArrays:
         """The tables of the prototypes numbered in `used`, in that order."""
         kinds: list[int] = []
@@ -101,3 +105,11 @@ class Prototypes:
     def meshes(self, used: Sequence[int]) -> list[Mesh]:
         """The meshes among the prototypes numbered in `used`, in that order."""
         return [node for node in map(self.nodes.__getitem__, used) if isinstance(node, Mesh)]
+
+
+def _size(node: Shape | Mesh) -> float:
+    if isinstance(node, Mesh):
+        return float(max(node.points.max(initial=0.0), -node.points.min(initial=0.0)))
+    if node.kind is ShapeKind.TORUS:
+        return sum(node.parameters)
+    return max(map(abs, node.parameters), default=0.0)

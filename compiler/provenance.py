@@ -52,6 +52,10 @@ class Origins:
             self.places.append(origin.place)
         return number
 
+    def labelled(self) -> list[bool]:
+        """Whether each origin has a label."""
+        return [bool(label) for *_, label, _ in self.numbers]
+
     def table(self, used: NDArray[np.int64], texts: Texts) -> NDArray[np.void]:
         """The `origins` of an IR: those numbered in `used`, in that order."""
         keys = list(self.numbers)

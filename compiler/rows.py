@@ -56,8 +56,8 @@ class Rows:
         )
 
 
-def rows(branches: Branches, plan: Plan) -> tuple[Rows, NDArray[np.bool_]]:
-    """The rows of all groups, and which of them have a finite placement and inverse."""
+def rows(branches: Branches, plan: Plan, limit: float) -> tuple[Rows, NDArray[np.bool_]]:
+    """The rows of all groups, and which of them have no number beyond `limit` in their matrices."""
     tables = expand(branches, plan)
     ends = np.cumsum([len(table.leaf_target) for table in tables.values()])
     table = joined(tables.values())
@@ -66,13 +66,13 @@ def rows(branches: Branches, plan: Plan) -> tuple[Rows, NDArray[np.bool_]]:
         number = np.zeros(len(branches.edges), dtype=np.int64)
         number[list(tables)] = np.arange(len(tables))
         target = np.where(target < 0, ~number[np.where(target < 0, ~target, 0)], target)
-    forward, inverse, low, exists = matrices(Frames(branches.chains, table), len(target))
+    forward, inverse, low, ordinary = matrices(Frames(branches.chains, table), len(target), limit)
     sources = Sources(
         table.source_parent.numbers, table.source_origin.numbers, table.source_index.numbers
     )
     ranges = np.stack([np.concatenate([[0], ends[:-1]]), ends], axis=1)
     columns = table.leaf_material.numbers, table.leaf_source.numbers
-    return Rows(ranges, target, forward, inverse, low, *columns, sources), exists
+    return Rows(ranges, target, forward, inverse, low, *columns, sources), ordinary
 
 
 def without(rows: Rows, dropped: Integers) -> Rows:

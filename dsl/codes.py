@@ -76,6 +76,7 @@ CODES: dict[str, Code] = {
     "limit-string-length": Code("a string longer than the limit"),
     "limit-files": Code("a program that uses more files than the limit"),
     "scene-singular-transform": Code("an instance whose transform has no inverse", "warning"),
+    "scene-out-of-range": Code("something too far away, too large or too small", "warning"),
     "scene-too-many-instances": Code("a scene of more instances than the limit"),
     "scene-too-many-lights": Code("a scene of more lights and cameras than the limit"),
     "scene-too-deep": Code("instances of groups nested beyond the limit"),

@@ -187,7 +187,7 @@ def test_floats_give_the_bits_of_the_doubles_that_they_are(chain: list[Step], ki
     for lane in range(2):
         some = slice(lane, lane + 1)
         placed = compose(wide).take(some)
-        if np.isfinite(placed.forward.is_finite() & placed.inverse.is_finite()).all():
+        if (placed.forward.is_within(1e300) & placed.inverse.is_within(1e300)).all():
             _assert_same(compose(short).take(some), placed)
 
 

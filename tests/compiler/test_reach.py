@@ -1,0 +1,115 @@
+"""What is out of range: left out of the IR with a warning, so that all that is kept can be hit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ovolo
+from compiler import expand
+from compiler.compilation import compile_text
+from dsl.diagnostics import Diagnostic
+
+
+def warnings(text: str) -> list[Diagnostic]:
+    return [w for w in compile_text(text).warnings if w.code.startswith("scene-")]
+
+
+@given(
+    st.sampled_from(["sphere", "box", "torus", "disc", "cone"]),
+    st.floats(-99, 99),
+    st.floats(-130, 130),
+    st.floats(-130, 130),
+    st.sampled_from(["float32", "float64"]),
+)
+@settings(max_examples=25, deadline=None)
+def test_what_is_not_left_out_is_hit(
+    shape: str, size: float, scale: float, away: float, precision: str
+) -> None:
+    argument = {
+        "box": "({0:r}, {0:r}, {0:r})",
+        "torus": "{0:r}, {0:r} / 4",
+        "cone": "{0:r}, {0:r}",
+    }.get(shape, "{0:r}")
+    text = f"{shape}({argument.replace(':r', '!r')})".format(10.0**size)
+    text += f".scale({10.0**scale!r}).translate(0, {10.0**away!r}, 0)"
+    # A ball around which nothing is left out, and which an object out of range would hide.
+    scene = ovolo.compile(f"sphere()\n{text}")
+    kept = len(scene.ir.instance_target)
+    assert len(scene.warnings) == 2 - kept
+    tracer = scene.tracer(precision=precision)  # type: ignore[arg-type]
+    y, reach = 10.0**away, 10.0 ** (size + scale)
+    assert tracer.trace([[0.0, 0.0, 2.0]], [[0.0, 0.0, -1.0]]).hit[0]
+    if kept == 2 and max(reach, 1.0) * 1e-5 < y < reach * 1e5 and shape != "torus":
+        above = [[0.1 * reach, y + 3.0 * reach, 0.07 * reach]]
+        assert tracer.trace(above, [[0.0, -1.0, 0.0]]).hit[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sphere().scale(1e100)",
+        "sphere().scale(1e-100)",
+        "sphere(1e100)",
+        "sphere().translate(0, 0, 9e99)",
+        "sphere().translate(1e200, 0, 0).translate(-1e200, 0, 0)",
+        "{ { sphere(1e-90).scale(1e30) }.scale(1e30) }.scale(1e30)",
+        "plane().scale(1e99)",
+        "point_light(position: (9e99, 0, 0))",
+        "rectangle_light(size: (1e100, 1))",
+        "sky().translate(1e200, 0, 0)",
+    ],
+)
+def test_what_is_just_in_range_is_kept(text: str) -> None:
+    assert not warnings(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("sphere().scale(1.1e100)", "sphere().scale(1.1e100)"),
+        ("sphere(1e60).scale(1e60)", "sphere(1e60).scale(1e60)"),
+        ("sphere().translate(0, -2e100, 0)", "sphere().translate(0, -2e100, 0)"),
+        ("torus(1e100, 1e99)", "torus(1e100, 1e99)"),
+        ("box().scale(0.9e-100)", "box().scale(0.9e-100)"),
+        ("plane().translate(0, 2e100, 0)", "plane().translate(0, 2e100, 0)"),
+        ("triangle((0, 0, 0), (1e60, 0, 0), (0, 1e60, 0)).scale(1e41)", None),
+        ("{ sphere().scale(1e60) }.scale(1e60)", "sphere().scale(1e60)"),
+        ("for i in 0..100 { sphere().translate(0, i * 1e100, 0) }", None),
+        ("point_light(position: (2e100, 0, 0))", None),
+        ("point_light().translate(2e100, 0, 0)", None),
+        ("camera(from: (0, 0, 2e100))", None),
+        ("camera(from: (0, 0, 5)).scale(1e101)", None),
+        ("camera(from: (0, 0, 5)).scale(1e-101)", None),
+    ],
+)
+def test_what_is_out_of_range_is_told(text: str, place: str | None) -> None:
+    (warning,) = warnings(text)
+    assert warning.code == "scene-out-of-range"
+    if place is not None:
+        assert warning.primary is not None
+        start = text.index(place)
+        span = warning.primary.place
+        assert (span.start, span.end) == (start, start + len(place))  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("power", [30, 45, -30, -45])
+def test_products_of_kept_groups_count(power: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = f"""\
+let a = {{ for i in 0..8 {{ sphere().translate(3 * i, 0, 0) }} }}
+let b = {{ for i in 0..8 {{ a.scale(1e{power}).translate(i, 0, 0) }} }}
+let c = {{ for i in 0..8 {{ b.scale(1e{power}).translate(i, 0, 0) }} }}
+for i in 0..8 {{ c.scale(1e{power}).translate(i, 0, 0) }}
+sphere()
+"""
+    flat = compile_text(text)
+    monkeypatch.setattr(expand, "FLATTEN_LEAVES", 10)
+    monkeypatch.setattr(expand, "FLATTEN_ROWS", 10)
+    kept = compile_text(text)
+    assert len(kept.ir.group_ranges) == (4 if abs(power) == 30 else 1)
+    assert np.any(kept.ir.instance_target >= 0)
+    for compilation in (flat, kept):
+        told = [w.code for w in compilation.warnings if w.code.startswith("scene")]
+        assert told == ([] if abs(power) == 30 else ["scene-out-of-range"])
