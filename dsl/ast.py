@@ -187,10 +187,11 @@ class For:
 
 @node
 class Block:
-    """`{ statements }`, or a whole file."""
+    """`{ statements }`, or a whole file; one that is not `closed` ends with the file."""
 
     span: Span
     statements: tuple[Statement, ...]
+    closed: bool = True
 
 
 @node

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from dsl import ast
 from dsl.diagnostics import Label
+from dsl.elsewhere import PARAMETERS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import Files
 from dsl.kinds import ANGLE, COLOR, INTERVAL, VECTOR3
@@ -123,7 +124,7 @@ def _misfit(name: str, parameters: Sequence[str], arguments: Arguments, form: Fo
                 "name-unknown-parameter",
                 f"`{name}` has no parameter `{word}`",
                 place,
-                help=did_you_mean(word, parameters) or _abbreviated(word, parameters) or form(),
+                help=_instead_of(word, parameters) or form(),
             )
         if word in taken:
             return Fault(
@@ -134,6 +135,13 @@ def _misfit(name: str, parameters: Sequence[str], arguments: Arguments, form: Fo
             )
         taken[word] = argument
     raise AssertionError("an argument that fits nowhere has a fault")
+
+
+def _instead_of(word: str, parameters: Sequence[str]) -> str | None:
+    """Help for a parameter that a function has not, if another may be meant."""
+    meant, help = PARAMETERS.get(word, ("", ""))
+    near = did_you_mean(word, parameters) or _abbreviated(word, parameters)
+    return near or (help if meant in parameters else None)
 
 
 def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
@@ -162,6 +170,8 @@ def call_builtin(builtin: Builtin, given: Sequence[Value], site: Site) -> Value:
             if value is None:
                 argument = arguments[place]
                 unfit = _unfit(parameter, argument, given[place])
+                if parameter.kind is VECTOR3 and isinstance(given[place], float):
+                    _bracketed(unfit, argument, arguments)
                 raise _with_form(unfit, builtin) if _may_be_misplaced(builtin, argument) else unfit
             values.append(value)
         elif parameter.required:
@@ -234,12 +244,16 @@ def _rest(parameter: Parameter, given: Iterable[tuple[ast.Argument, Value]]) -> 
 def _unfit(parameter: Parameter, argument: ast.Argument, value: Value, of: str = "") -> Fault:
     """The fault of an argument of another kind."""
     subject = f"{of}`{parameter.name}`"
-    fault = mismatch(subject, parameter.kind.name, value, argument.value)
-    if parameter.kind is VECTOR3 and isinstance(value, float) and argument.name:
-        word = source_text(argument.value.span)[:20]
-        help = f"a vector has brackets of its own: `({word}, {word}, {word})`"
-        fault.diagnostic = replace(fault.diagnostic, help=help)
-    return fault
+    return mismatch(subject, parameter.kind.name, value, argument.value)
+
+
+def _bracketed(fault: Fault, argument: ast.Argument, arguments: Arguments) -> None:
+    """Help that writes a vector out: of three numbers, or three times the one that was given."""
+    words = [source_text(given.value.span)[:20] for given in arguments if given.name is None]
+    if argument.name is not None or len(words) != 3:
+        words = 3 * [source_text(argument.value.span)[:20]]
+    help = f"a vector has brackets of its own: `({', '.join(words)})`"
+    fault.diagnostic = replace(fault.diagnostic, help=help)
 
 
 def _with_form(fault: Fault, builtin: Builtin) -> Fault:

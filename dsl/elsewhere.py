@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from unicodedata import normalize
 
+LOOP = "a loop emits objects, from a line of its own: `for i in 0..n { … }`"
 _FUNCTION = "a function is defined with `fn name(…) { … }`"
 _LET = "write `let name = value`"
 _USE = 'write `use "file.ovo" as name`'
@@ -20,7 +21,8 @@ _COLOR = "a color is written `rgb(1, 0, 0)` or `#ff0000`"
 _NOTHING = "every name has a value; the empty group is `{}`"
 _LAST = "a loop takes its whole range: put what is not always wanted into an `if`"
 _QUOTES = 'strings are written in double quotes: `"…"`'
-_NEVER = "values never change: `let name = value` names another"
+_MATHS = "what is of mathematics is there: `sqrt(2)`, `sin(30deg)`, `pi`"
+NEVER = "values never change: `let name = value` names another"
 
 _CHOICES = ("direct", "ambient_occlusion", "normals", "ids", "float32", "float64")
 
@@ -39,7 +41,7 @@ WORDS: dict[str, str] = {
     ),
     **dict.fromkeys(("None", "null", "nil", "undef", "undefined", "pass"), _NOTHING),
     **dict.fromkeys(("break", "continue"), _LAST),
-    **dict.fromkeys(("math", "Math", "np", "numpy"), "write `sqrt(2)`, `sin(30deg)`, `pi`"),
+    **dict.fromkeys(("math", "Math", "np", "numpy"), _MATHS),
     **dict.fromkeys(("len", "size"), "write `count(list)`"),
     **dict.fromkeys(("new", "object"), "a shape is made by its call: `sphere(radius: 2)`"),
     "True": "write `true`",
@@ -50,7 +52,11 @@ WORDS: dict[str, str] = {
     "return": "the value of a function is that of its block: leave `return` out",
     "while": "loops run over intervals and lists: `for i in 0..n { … }`",
     "uniform": "what may be set from outside is a `param name = default`",
+    **dict.fromkeys(("class", "struct"), f"what has parts is a group, or {_FUNCTION}"),
+    "mod": "write `a % b`",
+    "div": "write `floor(a / b)`",
     "str": "numbers are not made strings",
+    "sum": "a function that calls itself adds up a list: `list[n] + total(list, n - 1)`",
     "pigment": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "texture": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "xor": "write `a != b`",
@@ -78,12 +84,12 @@ SIGNS: dict[str, str] = {
     "^": "write `pow(a, b)`",
     "²": "write `pow(a, 2)`",
     "³": "write `pow(a, 3)`",
-    "++": _NEVER,
-    "--": _NEVER,
-    "+=": _NEVER,
-    "-=": _NEVER,
-    "*=": _NEVER,
-    "/=": _NEVER,
+    "++": NEVER,
+    "--": NEVER,
+    "+=": NEVER,
+    "-=": NEVER,
+    "*=": NEVER,
+    "/=": NEVER,
     ":=": _LET,
     "===": "write `==`",
     "!==": "write `!=`",
@@ -124,15 +130,33 @@ MEANT: dict[str, str] = {
 }
 """Signs that can mean one thing only: reading goes on with it."""
 
+_MIDDLE = "shapes stand at the origin: `.translate(x, y, z)` moves them"
+_EXTENT = "the lengths are one vector: `size: (x, y, z)`"
+_HALF = "the `radius` is half of the diameter"
+_TOP = "bottom and top are an interval: `y: 0..2`"
+PARAMETERS: dict[str, tuple[str, str]] = {
+    **dict.fromkeys(("width", "depth", "length", "x"), ("size", _EXTENT)),
+    **dict.fromkeys(("height", "h"), ("y", _TOP)),
+    **dict.fromkeys(("diameter", "d"), ("radius", _HALF)),
+    **dict.fromkeys(
+        ("center", "centre", "position", "pos", "location", "origin"), ("radius", _MIDDLE)
+    ),
+}
+"""What to write in the place of a parameter, for functions that have another."""
+
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "albedo": ("diffuse",),
+    "ambient": ("sky",),
+    "ambientlight": ("sky",),
     "area_light": ("rectangle_light", "disc_light", "cylinder_light"),
+    "background": ("sky",),
     "ball": ("sphere",),
     "circle": ("disc",),
     "color": ("diffuse",),
     "cube": ("box",),
     "cuboid": ("box",),
     "donut": ("torus",),
+    "environment": ("sky",),
     "eye": ("from",),
     "ground": ("plane",),
     "len": ("count",),

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from dsl import ast
 from dsl.diagnostics import Label
-from dsl.elsewhere import ELSE_IF
+from dsl.elsewhere import ELSE_IF, WORDS
 from dsl.spans import Span
 from dsl.token_reader import SyntaxFault, TokenReader
 from dsl.tokens import KEYWORDS, Token, describe
@@ -71,12 +71,23 @@ class ExpressionParser(TokenReader, ABC):
             operators: list[ast.Operator] = []
             while _LEVELS.get(kinds[self.position]) == binary:
                 if operators and binary in (_COMPARISON, _INTERVAL):
+                    self.refuse_foreign(left)
                     self.chained(operators[0])
                 place = self.advance()
                 operators.append(ast.Operator(self.token_span(place), kinds[place]))
                 operands.append(self.expression(binary + 1))
             left = ast.Operation(self.span(start), tuple(operands), tuple(operators))
         return left
+
+    def refuse_foreign(self, node: ast.Expression | ast.Statement | None) -> None:
+        """Refuse a word of another language that is a name here and has made no sense."""
+        if isinstance(node, ast.Name) and node.name in WORDS:
+            message = f"`{node.name}` is no word of the language"
+            what = str(self.token.value) if self.kind == "name" else ""
+            self.report(
+                "syntax-expected", message, node.span, help=WORDS.get(what, WORDS[node.name])
+            )
+            raise SyntaxFault
 
     def chained(self, first: ast.Operator) -> NoReturn:
         """Refuse a second comparison or interval operator."""
@@ -250,6 +261,8 @@ class ExpressionParser(TokenReader, ABC):
             help = "a function has a name and a line of its own: `fn name(…) { … }`"
         elif self.kind == ".":
             help = "a number begins with a digit: `0.5`"
+        elif before == ":" and self.kind in (")", ","):
+            help = "a value stands behind the `:`"
         elif self.kind == "else":
             help = "put `else` on the line of the `}` before it"
         elif self.kind in (")", "]") and before in ("", "newline"):
@@ -310,7 +323,8 @@ class ExpressionParser(TokenReader, ABC):
             self.expected("a name after `for`", _LOOP)
         while True:
             name = self.binding_name("a name after `for`" if not variables else "a name after `,`")
-            self.expect("in", help=_LOOP)
+            several = "each variable has its own range: `for x in a, y in b { … }`"
+            self.expect("in", help=several if self.kind == "," else _LOOP)
             values = self.expression()
             variables.append(
                 ast.LoopVariable(self.span(name), self.name(name), self.token_span(name), values)
@@ -319,6 +333,8 @@ class ExpressionParser(TokenReader, ABC):
                 break
             self.advance()
         if self.kind != "{":
-            self.expected("`{` and the loop's body", _LOOP)
+            interval = self.kind == ":" and self.next_kind() in ("number", "name")
+            help = "an interval is written `a..b`" if interval else _LOOP
+            self.expected("`{` and the loop's body", help)
         body = self.block()
         return ast.For(self.span(start), tuple(variables), body)

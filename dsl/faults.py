@@ -57,7 +57,8 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
             if not value.is_integer() and abs(value) <= 6.3:
                 help += f", or `{words}rad` if it is in radians"
         else:
-            help = "give the number a unit by multiplying it: `… * 1deg`"
+            unit = "rad" if "pi" in words else "deg"
+            help = f"give the number a unit by multiplying it: `… * 1{unit}`"
     elif due == "a number" and isinstance(value, Angle):
         code = "type-angle-unit"
         if isinstance(expression, ast.AngleLiteral):
@@ -79,10 +80,19 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"a vector is written in round brackets: `({source_text(expression.span)[1:-1]})`"
     elif due == "an interval of numbers" and found in ("a list", "a vector of 2"):
         help = "an interval is written `a..b`"
+    elif due == "an interval of numbers" and found == "a number":
+        help = f"an interval is written `a..b`, such as `0..{source_text(expression.span)[:20]}`"
+    elif due.startswith("a number") and found == "a list":
+        help = "an item is written `list[0]`"
     elif due == "a truth value" and found == "a number":
         help = "compare it, as in `x > 0`"
     elif due == "a material" and found == "a color":
         help = f"make a material of it: `matte({source_text(expression.span)[:40]})`"
+    elif due == "a material" and found == "a string":
+        help = "a material is made by a call: `matte(rgb(1, 0, 0))`"
+    elif due in ("a number", "an angle") and isinstance(expression, ast.String):
+        if expression.text[:1].isdigit():
+            help = f"write it without quotes: `{expression.text[:20]}`"
     elif isinstance(value, Group) and not value.items:
         found = "the empty group"
         help = "an `if` without `else` has no other value where its condition does not hold"

@@ -22,6 +22,7 @@ from dsl.values import (
     Truths,
     Value,
     Vector,
+    is_node,
     type_name,
 )
 
@@ -246,6 +247,12 @@ def _mend(symbol: str, left: Value, right: Value) -> str | None:
         return "apply a transform to an object with `object.transform(t)`"
     if kinds <= {float, str, List, Angle, Vector} and symbol == "==" and List in kinds:
         return "compare the items"
-    if isinstance(left, scene.Node) and isinstance(right, scene.Node):
+    if is_node(left) and is_node(right) and symbol == "-":
+        return "shapes are not cut: those in one block stand together"
+    if (is_node(left) or is_node(right)) and float in kinds and symbol in "*/":
+        return "an object is scaled by `object.scale(2)`"
+    if (is_node(left) or is_node(right)) and Vector in kinds and symbol in "+-":
+        return "an object is moved by `object.translate(v)`"
+    if is_node(left) and is_node(right):
         return "objects in one block are a group: give each a line of its own"
     return None

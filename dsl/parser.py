@@ -14,7 +14,7 @@ from typing import NoReturn
 from dsl import ast
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic
-from dsl.elsewhere import DEFINING, WORDS
+from dsl.elsewhere import DEFINING, LOOP, NEVER, WORDS
 from dsl.expression_parser import ExpressionParser
 from dsl.lexer import tokenize
 from dsl.spans import Source, Span
@@ -125,15 +125,20 @@ class _Parser(ExpressionParser):
         before = self.before
         word = statement.base if isinstance(statement, ast.Chain) else statement
         for node in (word, statement.value if isinstance(statement, ast.Let) else None):
-            if isinstance(node, ast.Name) and node.name in WORDS:
-                message = f"`{node.name}` is no word of the language"
-                self.report("syntax-expected", message, node.span, help=WORDS[node.name])
-                raise SyntaxFault
+            self.refuse_foreign(node)
         near = before.kind == "name" and did_you_mean(str(before.value), KEYWORDS)
         if near and self.kind == "name":
             help = near
         elif self.kind == "=":
             help = "`==` compares; `let name = value` names a value"
+            if isinstance(statement, ast.Chain):
+                help = NEVER
+        elif self.kind == "for":
+            help = LOOP
+        elif self.kind == "name" and str(self.token.value) in WORDS:
+            help = WORDS[str(self.token.value)]
+        elif self.kind == "string" and before.kind == "name":
+            help = 'a string is `"…"`: nothing stands before it, and no value in it'
         elif self.kind in ("{", "name") and before.kind == ")":
             help = "each statement has its own line; a map follows its object: `sphere().scale(2)`"
         elif self.kind == "{":
@@ -144,6 +149,8 @@ class _Parser(ExpressionParser):
             help = "an argument is named in round brackets: `call(name: value)`"
         elif self.kind == "else":
             help = "put `else` on the line of the `}` before it"
+        elif self.kind == "," and self.next_kind() in _ENDS:
+            help = "each statement has a line of its own: leave the `,` out"
         elif self.kind == ",":
             help = "items stand in brackets: `[a, b]` is a list, `(x, y, z)` a vector"
         elif isinstance(statement, ast.Unary) and isinstance(statement.operand, ast.Unary):
@@ -172,7 +179,7 @@ class _Parser(ExpressionParser):
         try:
             if self.kind == "-":
                 self.expected("`=`", "a name has letters, digits and `_`, and no `-`")
-            self.expect("=", help=_LET)
+            self.expect("=", help=WORDS["function"] if self.kind == "(" else _LET)
             value = self.expression()
         except SyntaxFault:
             self.recover(start)
@@ -255,7 +262,8 @@ class _Parser(ExpressionParser):
         self.deeper(start)
         statements: list[ast.Statement] = []
         self.statements(statements)
-        if self.kind == "}":
+        closed = self.kind == "}"
+        if closed:
             self.advance()
         elif not self.unclosed:
             self.tainted = False
@@ -267,4 +275,4 @@ class _Parser(ExpressionParser):
                 help="add a `}` for it",
             )
         self.nesting -= 1
-        return ast.Block(self.span(start), tuple(statements))
+        return ast.Block(self.span(start), tuple(statements), closed)

@@ -23,6 +23,7 @@ _LITERALS = frozenset(
 )
 _MOVE_UP = "a `let` is visible only after it: move it up"
 _EARLIER = "a default sees only the parameters before it"
+_SILENT = ""
 _NEST = "all ranges are evaluated before the loop: put a second `for` into its body"
 
 
@@ -104,7 +105,7 @@ class _Resolver:
             later = later or scope.later.get(node.name)
             scopes.append(scope)
             scope = scope.parent
-        if len(self.result.diagnostics) > self.limit:
+        if len(self.result.diagnostics) > self.limit or (later and later[1] == _SILENT):
             return
         message = f"nothing here is named `{node.name}`"
         if later is None:
@@ -169,6 +170,9 @@ class _Resolver:
                 case ast.Let():
                     hidden = self.visible(statement.name, parent)
                     before = self.counts.get(hidden, 0) if hidden is not None else 0
+                    if isinstance(statement.value, ast.Block) and not statement.value.closed:
+                        # What is meant to stand after it stands in it.
+                        frame.later[statement.name] = statement.name_span, _SILENT
                     self.expression(statement.value, frame)
                     if hidden is not None and self.counts.get(hidden, 0) == before:
                         self.hide(hidden, statement.name_span)

@@ -161,6 +161,8 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
             help = "a color belongs to a material: `.material(matte(color))`"
         elif isinstance(value, List) and name in ("length", "len", "size", "count"):
             help = "write `count(list)`"
+        elif help is None and isinstance(value, Builtin | Closure):
+            help = f"a function is called: `{_called(value)}(…)`"
         elif help is None and name in BUILTINS and name not in PLACE:
             help = f"`{name}` is a function: write `{name}(…)` around the value"
         elif help is None and known:

@@ -11,7 +11,7 @@ from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.documentation import documentation
-from dsl.elsewhere import ELSE_BEGINNINGS, MEANT, SIGNS, instead_of
+from dsl.elsewhere import ELSE_BEGINNINGS, LOOP, MEANT, SIGNS, instead_of
 from dsl.lexer import unexpected
 from dsl.slips import DIVISION, begins_division
 from dsl.spans import Source, Span
@@ -291,7 +291,9 @@ class TokenReader:
             if kind == "if":
                 help = "write `if condition { a } else { b }`"
             elif kind == "for":
-                help = "a loop emits objects, from a line of its own: `for i in 0..n { … }`"
+                help = LOOP
+            elif kind == "=":
+                help = "`==` compares"
             elif (kind == ":" and before.kind == "number") or self.token.value == "to":
                 help = "an interval is written `a..b`"
             elif expected and not self.begins_line() and before.kind == "name":
