@@ -9,6 +9,7 @@ fault, raises `Sequential`: the loop is then evaluated iteration by iteration.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -88,6 +89,21 @@ def varies(value: Any) -> bool:
             return value.count is not None
         case _:
             return False
+
+
+def longest(value: Any) -> tuple[Interval, IntArray] | None:
+    """The longest of the intervals of all lanes, if only their ends differ.
+
+    Also how many integers are in each.
+    """
+    match value:
+        case Interval(float(start), np.ndarray() as end):
+            first = float(math.ceil(start))
+            lengths = np.maximum(np.ceil(end) - first, 0.0)
+            if lengths.max() > 2**53:
+                raise Sequential  # which refuses so many
+            return Interval(first, first + float(lengths.max())), lengths.astype(np.int64)
+    return None
 
 
 def among(part: Part, kept: IntArray | NDArray[np.bool_], lanes: IntArray) -> Part:

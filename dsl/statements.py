@@ -15,6 +15,7 @@ from types import GeneratorType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dsl import ast, batches, lanes, scene
 from dsl.builtins import BUILTINS
@@ -70,8 +71,11 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
     """The group of what the body's first statement emits for every index, then the second, …."""
     ranges = []
     total = 1
+    lengths: scene.IntArray | None = None  # the iterations of each lane, if they differ
     for variable in node.variables:
         value = yield variable.range, scope.inside()
+        if len(node.variables) == 1 and (longest := lanes.longest(value)) is not None:
+            value, lengths = longest
         items, count = _iterated(value, variable.range)
         total *= count
         ranges.append(items)
@@ -96,7 +100,11 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
         values = tuple(float(v) if isinstance(v, int) else v for v in raw)
         variables = Scope(scope, None, dict(zip(bindings, values, strict=True)))
         run.context.append((node, values))
-        row = yield from _statements(run, node.body, Scope(variables, index))
+        body = Scope(variables, index)
+        if lengths is None or (index < lengths).all():
+            row = yield from _statements(run, node.body, body)
+        else:
+            row = yield from _in_some(run, node.body, body, index < lengths)
         run.context.pop()
         if any(value is POISON for value in row):
             return POISON  # the iterations after it would say the same
@@ -104,6 +112,20 @@ def loop(run: Run, node: ast.For, scope: Scope) -> Task:
     columns = zip(*rows, strict=True)
     group = _group(run, [v for column in columns for v in column], node.span)
     return run.made(group, node.span) if isinstance(group, scene.Group) else group
+
+
+def _in_some(
+    run: Run, block: ast.Block, scope: Scope, holds: NDArray[np.bool_]
+) -> Steps[list[Value]]:
+    """What a block's statements emit in the lanes where a loop is not over yet."""
+    outer = run.lanes
+    assert outer is not None
+    some, others = outer.only(holds), np.flatnonzero(~holds)
+    run.take(some)
+    row = yield from _statements(run, block, scope)
+    run.take(outer)
+    pieces = [[(some.within(outer), value), (others, scene.Group(()))] for value in row]
+    return [lanes.merged(each, outer.count) for each in pieces]
 
 
 def _at_once(
