@@ -71,7 +71,7 @@ def _values(prim: Any, name: str, width: int, clock: Clock) -> _Values | None:
     if not primvar or not primvar.HasValue():
         return None
     table = numbers(clock.value(primvar.GetAttr()))
-    if table is None or not table.size or table.size != len(table) * width:
+    if table is None or not table.size or not table.ndim or table.size != len(table) * width:
         return None
     rows = table.reshape(-1, width)[:: max(primvar.GetElementSize(), 1)].astype(np.float64)
     indices = clock.integers(primvar.GetIndicesAttr()) if primvar.IsIndexed() else None

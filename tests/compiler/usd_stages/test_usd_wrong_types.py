@@ -177,3 +177,23 @@ def Cube "c" {
 """)
     assert imported.paths() == ["/c"]
     assert imported.said("the purpose 'secret' of `includedPurposes` is not known")
+
+
+def test_a_single_number_is_no_list_of_colours_of_instances(load: Callable[..., Any]) -> None:
+    imported = load("""
+def PointInstancer "p" {
+    rel prototypes = </p/c>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, 0), (5, 0, 0)]
+    float primvars:displayOpacity = 0.5 (
+        interpolation = "vertex"
+    )
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (
+        interpolation = "vertex"
+    )
+    def Cube "c" {
+    }
+}
+""")
+    drawn = {leaf.path: leaf.material.diffuse for leaf in imported.leaves}
+    assert drawn == {"/p/c@/p[0]": (1.0, 0.0, 0.0), "/p/c@/p[1]": (0.0, 1.0, 0.0)}
