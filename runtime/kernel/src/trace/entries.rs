@@ -101,3 +101,38 @@ pub fn insert(room: &mut [Entry; WIDTH], count: usize, entry: Entry) {
     }
     room[place] = entry;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_is_on_top_however_many_there_are() {
+        let mut entries = Entries::new();
+        entries.push(Entry::first(Child::ROOT, 0));
+        let nears = [3.0, 1.0, 4.0, 1.5, 9.0, 2.5, f32::NEG_INFINITY, 5.0];
+        for round in 0..20 {
+            let room = entries.room();
+            for (count, near) in nears.into_iter().enumerate() {
+                let child = Child::item(round);
+                insert(
+                    room,
+                    count,
+                    Entry {
+                        near,
+                        ..Entry::first(child, 1)
+                    },
+                );
+            }
+            entries.extend(nears.len());
+        }
+        assert_eq!(entries.len(), 161);
+        for round in (0..20).rev() {
+            let popped = nears.map(|_| entries.pop(1).unwrap());
+            assert!(popped.iter().all(|entry| entry.child == Child::item(round)));
+            assert!(popped.is_sorted_by(|a, b| a.near <= b.near));
+        }
+        assert!(entries.pop(1).is_none());
+        assert_eq!(entries.len(), 1);
+    }
+}
