@@ -40,7 +40,7 @@ def read_patch(prim: Any, complexity: str, clock: Clock, report: Report) -> Mesh
     """The surface of a NurbsPatch, or None (reported) if nothing of it can be drawn."""
     path = prim.GetPath()
     trims = clock.integers(prim.GetAttribute("trimCurve:counts"))
-    if trims is not None and len(trims):
+    if trims is not None and trims.any():
         report.add("usd-mesh", "the trim curves of a NurbsPatch are not used", path)
     grid = _control(prim, clock)
     sides = [_side(prim, name, clock, report) for name in "uv"]

@@ -73,10 +73,7 @@ def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ..
     if found is None:
         xformable = UsdGeom.Xformable(prim)
         ops = _ordered_ops(xformable, report)
-        found = [
-            (NamedOp(op.GetOpName(), _kind(op.GetOpName()), "", op.IsInverseOp()), op.GetAttr())
-            for op in ops
-        ]
+        found = [(_named(op.GetOpName()), op.GetAttr()) for op in ops]
         reset = bool(xformable.GetResetXformStack())
     steps: list[Step] = []
     for op, attribute in reversed(found):
@@ -101,19 +98,18 @@ def _attributes(prim: Any) -> list[tuple[NamedOp, Any]] | None:
 @lru_cache(4096)
 def _named_ops(order: tuple[str, ...]) -> tuple[NamedOp, ...] | None:
     """The operations of an `xformOpOrder`; None if not all names are those of one."""
-    found = []
-    for name in order:
-        attribute, kind = name.removeprefix(_INVERT), _kind(name)
-        if kind not in _KINDS or not Sdf.Path.IsValidNamespacedIdentifier(attribute):
-            return None
-        found.append(NamedOp(name, kind, attribute, attribute != name))
-    return tuple(found)
+    found = tuple(map(_named, order))
+    names = all(
+        op.kind in _KINDS and Sdf.Path.IsValidNamespacedIdentifier(op.attribute) for op in found
+    )
+    return found if names else None
 
 
-def _kind(name: str) -> str:
-    """The kind of an operation of that name; "" for what is not a name of one."""
-    space, kind, *_ = (*name.removeprefix(_INVERT).split(":"), "")
-    return kind if space == "xformOp" else ""
+def _named(name: str) -> NamedOp:
+    """The operation of that name, of the kind "" if it is not a name of one."""
+    attribute = name.removeprefix(_INVERT)
+    space, kind, *_ = (*attribute.split(":"), "")
+    return NamedOp(name, kind if space == "xformOp" else "", attribute, attribute != name)
 
 
 def world_steps(prim: Any, clock: Clock, report: Report) -> tuple[Step, ...]:
