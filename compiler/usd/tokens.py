@@ -1,7 +1,7 @@
 """The text of a crate file (.usdc): its tokens, and so all the layers that it names.
 
 A crate keeps every name, token, string and asset path once, in its section TOKENS, from version 0.4
-on as a block of LZ4: runs of bytes, each followed by a copy of what came some bytes before.
+on as a block of LZ4.
 """
 
 from __future__ import annotations
@@ -35,49 +35,15 @@ def _read(file: IO[bytes], start: int, size: int) -> bytes:
 
 
 def _tokens(section: bytes, packed: bool) -> bytes:
+    """The text of the section; none where it is broken, which usd-core refuses too."""
     if not packed:
         return section[16:]
-    blocks, text = section[24:], b""
-    if not blocks or not blocks[0]:
-        return _unpacked(blocks[1:])
-    at = 1
-    for _ in range(blocks[0]):  # text beyond 2 GB is in several
-        size = int.from_bytes(blocks[at : at + 4], "little")
-        text += _unpacked(blocks[at + 4 : at + 4 + size])
-        at += 4 + size
-    return text
+    import lz4.block
 
-
-def _unpacked(block: bytes) -> bytes:
-    """A block of LZ4, unpacked up to where it breaks off."""
-    text = bytearray()
-    at, end = 0, len(block)
-    while at < end and len(text) < MOST:
-        lengths = block[at]
-        literal, at = _length(block, lengths >> 4, at + 1)
-        text += block[at : at + literal]
-        at += literal
-        if at + 2 > end:
-            break
-        back = block[at] | block[at + 1] << 8
-        copied, at = _length(block, lengths & 15, at + 2)
-        first = len(text) - back
-        if back == 0 or first < 0:
-            break
-        copied = min(copied + 4, MOST)
-        if copied <= back:
-            text += text[first : first + copied]
-        else:
-            text += (text[first:] * (copied // back + 1))[:copied]
-    return bytes(text)
-
-
-def _length(block: bytes, length: int, at: int) -> tuple[int, int]:
-    """A length that begins with four bits, and where what follows it begins."""
-    if length == 15:
-        while at < len(block):
-            more = block[at]
-            length, at = length + more, at + 1
-            if more != 255:
-                break
-    return length, at
+    size, blocks = int.from_bytes(section[8:16], "little"), section[24:]
+    if size > MOST or blocks[:1] != b"\0":  # text beyond 2 GB is in several blocks
+        return b""
+    try:
+        return bytes(lz4.block.decompress(blocks[1:], uncompressed_size=size))
+    except lz4.block.LZ4BlockError:
+        return b""
