@@ -33,7 +33,6 @@ pub(super) fn core_radius(radius: f64, height: f64, bevel: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub struct BevelledCone<F> {
     plain: Cone<F>,
-    top: F,
     radius: F,
     base: F,
     apex: F,
@@ -50,8 +49,7 @@ impl<F: Scalar> BevelledCone<F> {
         let core = core_radius(radius, height, bevel);
         let apex = bevel + core * height / radius;
         BevelledCone {
-            plain: Cone::new(radius, height),
-            top: F::from_f64(apex + bevel),
+            plain: Cone::below(radius, height, apex + bevel),
             radius: F::from_f64(core),
             base: F::from_f64(bevel),
             apex: F::from_f64(apex),
@@ -88,7 +86,7 @@ impl<F: Scalar> Dilated<F> for BevelledCone<F> {
     #[inline(always)]
     fn plain<L: Lanes<Scalar = F>>(&self, ray: &RayLanes<L>) -> Span<L> {
         // A flat cone and a needle reach far beyond their bevelled forms: begin near those.
-        let [rim, top] = L::splats([self.radius + self.bevel, self.top]);
+        let [rim, top] = L::splats([self.radius + self.bevel, self.plain.tip]);
         self.plain
             .span(ray)
             .and(Span::bar(ray.o, ray.d, rim))

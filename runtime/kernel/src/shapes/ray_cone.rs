@@ -8,10 +8,10 @@
 //!
 //! the last as a product of sum and difference, its minors each a difference of products: the ray's
 //! moment does not change when the ray is slid, so nothing large cancels in it. Beforehand o is
-//! moved to the point of the ray nearest the apex: where a ray passes it closely both roots are
-//! next to that point, and counted from elsewhere they are differences of large numbers, divided by
-//! an A that may be small. With Q = B + sign(B)√ the roots are −Q/A and −C/Q; the second stays
-//! finite where A → 0, a ray parallel to a generator.
+//! moved to the point of the ray nearest the tip, which is the apex unless a bevel has cut it off:
+//! where a ray passes it closely both roots are next to that point, and counted from elsewhere they
+//! are differences of large numbers, divided by an A that may be small. With Q = B + sign(B)√ the
+//! roots are −Q/A and −C/Q; the second stays finite where A → 0, a ray parallel to a generator.
 //!
 //! The ray is in the lower nappe, Y ≥ 0: between the roots if A ≥ 0, and then they are both below
 //! the apex or both above; from the greater root on if A < 0 and the ray goes down; up to the
@@ -35,14 +35,22 @@ pub struct Cone<F> {
     radius: F,
     height: F,
     slope: F,
+    /// The height of what rays are to be intersected with.
+    pub(super) tip: F,
 }
 
 impl<F: Scalar> Cone<F> {
     pub(super) fn new(radius: f64, height: f64) -> Cone<F> {
+        Cone::below(radius, height, height)
+    }
+
+    /// One of which nothing is above `tip`.
+    pub(super) fn below(radius: f64, height: f64, tip: f64) -> Cone<F> {
         Cone {
             radius: F::from_f64(radius),
             height: F::from_f64(height),
             slope: F::from_f64(radius / height),
+            tip: F::from_f64(tip),
         }
     }
 
@@ -52,9 +60,9 @@ impl<F: Scalar> Cone<F> {
         let (zero, d) = (L::zero(), ray.d);
 
         // Slide the origin.
-        let from_apex = [ray.o[0], ray.o[1] - h, ray.o[2]];
+        let from_tip = [ray.o[0], ray.o[1] - L::splat(self.tip), ray.o[2]];
         let inverse = L::splat(F::ONE) / dot(d, d);
-        let slide = -(dot(from_apex, d) * inverse);
+        let slide = -(dot(from_tip, d) * inverse);
         let [x, y, z] = ray.at(slide);
         let [x, down, z] = [x, h - y, z];
         let [dx, d_down, dz] = [d[0], -d[1], d[2]];
@@ -69,7 +77,7 @@ impl<F: Scalar> Cone<F> {
         let m_around = k * m_x.mul_add(m_x, m_z * m_z).sqrt();
         let room = (m_around - m_y) * (m_around + m_y);
         let q = b + room.sqrt().copy_sign(b);
-        // Through the apex itself, where the origin is now, Q = 0 and both roots are one.
+        // Through the apex itself, if the origin is there now, Q = 0 and both roots are one.
         let at_apex = q.eq(zero);
         let t0 = -(q / a);
         let t1 = L::select(at_apex, t0, -(c / q));

@@ -46,11 +46,6 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], ends: &[([f64; 3], [
         (ShapeKind::Cone, &[radius, height, _]) => 8.0 * f64::EPSILON * radius.max(height),
         _ => 0.0,
     };
-    // Single precision is good to 2.7 units of the height of the whole, of which a bevel may leave little.
-    let whole = match (kind, parameters) {
-        (ShapeKind::Cone, &[_, height, bevel]) if bevel > 0.0 => 4.0 * eps * height,
-        _ => 0.0,
-    };
     let hits = trace_everywhere(&shape, &rays);
     // A hit is the same wherever the search ends behind it.
     let nearer: Vec<Ray> = rays
@@ -68,7 +63,7 @@ fn check<F: Precision>(kind: ShapeKind, parameters: &[f64], ends: &[([f64; 3], [
     );
     for (ray, hit) in rays.iter().zip(hits) {
         let reach = norm([0, 1, 2].map(|i| ray.o[i] - middle[i])) + 2.0 * radius;
-        let tolerance = 16.0 * eps * size + 16.0 * f64::EPSILON * reach + dropped + defined + whole;
+        let tolerance = 16.0 * eps * size + 16.0 * f64::EPSILON * reach + dropped + defined;
         // Origins within a few sizes are not slid: o and t d are rounded as they are.
         let path = hit.map_or(0.0, |t| (t * norm(ray.d)).min(8.0 * size));
         let tolerance = tolerance + 2.0 * eps * path;
