@@ -19,19 +19,17 @@ use crate::bvh::NormalSpace;
 use crate::lanes::{Lanes, Mask, axes, each};
 use crate::scene::{Affine, Anchor};
 
-/// Rays in f64 on their way through levels of instancing: the world's ray parameter is
-/// t = start + rate·τ, where τ is theirs. `rate` is a power of two and `per_rate` its inverse.
+/// Rays in f64 on their way through levels of instancing.
 #[derive(Clone, Copy)]
 pub struct LevelRays<L> {
     pub origin: [L; 3],
     /// The largest component is in [1, 2).
     pub direction: [L; 3],
-    pub start: L,
-    pub rate: L,
-    pub per_rate: L,
+    pub parameter: Parameter<L>,
 }
 
-/// How the world's ray parameter t = start + rate·τ depends on τ, that of [`LevelRays`].
+/// How the world's ray parameter t = start + rate·τ depends on τ, that of a level. `rate` is a power
+/// of two and `per_rate` its inverse.
 #[derive(Clone, Copy)]
 pub struct Parameter<L> {
     pub start: L,
@@ -124,9 +122,11 @@ impl Entrance<'_> {
         LevelRays {
             origin: axes!(|i| (origin[i] - L::splat(space.center[i])) * scale),
             direction,
-            start: slide.mul_add(rays.rate, rays.start),
-            rate: rays.rate * unscale,
-            per_rate: rays.per_rate * scale,
+            parameter: Parameter {
+                start: rays.parameter.world(slide),
+                rate: rays.parameter.rate * unscale,
+                per_rate: rays.parameter.per_rate * scale,
+            },
         }
         .with_unit_direction()
     }
@@ -162,26 +162,27 @@ pub fn slide_to_center<L: Lanes<Scalar = f64>>(origin: [L; 3], direction: [L; 3]
     L::select(far, closest, L::zero())
 }
 
-impl<L: Lanes<Scalar = f64>> LevelRays<L> {
-    /// How the world's parameter depends on theirs.
-    #[inline(always)]
-    pub fn parameter(&self) -> Parameter<L> {
-        Parameter {
-            start: self.start,
-            rate: self.rate,
-            per_rate: self.per_rate,
-        }
-    }
+impl LevelRays<f64> {
+    /// Some ray, where there is none yet.
+    pub const SOME: LevelRays<f64> = LevelRays {
+        origin: [0.0; 3],
+        direction: [1.0; 3],
+        parameter: Parameter {
+            start: 0.0,
+            rate: 1.0,
+            per_rate: 1.0,
+        },
+    };
+}
 
+impl<L: Lanes<Scalar = f64>> LevelRays<L> {
     /// The ray in lane `i`.
     #[inline(always)]
     pub fn get(&self, i: usize) -> LevelRays<f64> {
         LevelRays {
             origin: axes!(|axis| self.origin[axis].get(i)),
             direction: axes!(|axis| self.direction[axis].get(i)),
-            start: self.start.get(i),
-            rate: self.rate.get(i),
-            per_rate: self.per_rate.get(i),
+            parameter: self.parameter.get(i),
         }
     }
 
@@ -193,8 +194,11 @@ impl<L: Lanes<Scalar = f64>> LevelRays<L> {
         let unit = largest.unit_scale();
         LevelRays {
             direction: each!(self.direction, |d| d * unit),
-            rate: self.rate * unit,
-            per_rate: self.per_rate * unit.unit_scale(),
+            parameter: Parameter {
+                rate: self.parameter.rate * unit,
+                per_rate: self.parameter.per_rate * unit.unit_scale(),
+                ..self.parameter
+            },
             ..self
         }
     }

@@ -72,18 +72,19 @@ impl<I: Isa> Bundle<I> {
         }
     }
 
-    /// Of rays that enter a mesh, whose space is theirs.
+    /// Of rays that enter a mesh, whose space is theirs; and their rounded origins and directions.
     #[inline(always)]
     pub fn of_mesh(
         rays: &Halves<LevelRays<I::F64>>,
+        [origin, direction]: [[I::F32; 3]; 2],
         interval: [&Halves<I::F64>; 2],
         active: PacketMask<I>,
     ) -> Bundle<I> {
         Bundle::new(
-            axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
-            axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
-            [rays[0].start, rays[1].start],
-            [rays[0].per_rate, rays[1].per_rate],
+            origin,
+            direction,
+            [rays[0].parameter.start, rays[1].parameter.start],
+            [rays[0].parameter.per_rate, rays[1].parameter.per_rate],
             interval,
             active,
         )

@@ -1,7 +1,7 @@
 //! W rays by coordinate, and whether they are worth a packet.
 use super::precision::{Halves, PacketMask};
 use crate::bvh::NormalSpace;
-use crate::instance::LevelRays;
+use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes, each, halves};
 use crate::ray::{Ray, Rays};
 
@@ -114,9 +114,11 @@ impl<I: Isa> RayColumns<I> {
             LevelRays {
                 origin: origin[h],
                 direction: direction[h],
-                start: I::F64::zero(),
-                rate: one,
-                per_rate: one,
+                parameter: Parameter {
+                    start: I::F64::zero(),
+                    rate: one,
+                    per_rate: one,
+                },
             }
             .with_unit_direction()
         });

@@ -57,7 +57,9 @@ pub(super) struct MeshPacket<'s, I: Isa, F: Precision> {
     pub mesh: &'s Mesh<F>,
     /// The number of the mesh's instance.
     pub leaf: i64,
-    pub rays: Halves<LevelRays<I::F64>>,
+    pub parameter: Halves<Parameter<I::F64>>,
+    /// Their origins and directions.
+    pub rounded: [[I::F32; 3]; 2],
     pub bundle: Bundle<I>,
     /// Ready for triangles.
     pub prepared: F::PacketRays<I>,
@@ -74,13 +76,7 @@ pub(super) enum Next {
 
 impl<'s, F: Precision> MeshRay<'s, F> {
     pub fn new() -> Self {
-        let ray = LevelRays {
-            origin: [0.0; 3],
-            direction: [1.0; 3],
-            start: 0.0,
-            rate: 1.0,
-            per_rate: 1.0,
-        };
+        let ray = LevelRays::SOME;
         MeshRay {
             nodes: &[],
             blocks: &[],
@@ -93,7 +89,7 @@ impl<'s, F: Precision> MeshRay<'s, F> {
             reach: 0,
             triangle_ray: block_ray::<F>(&ray, 0.0, 0.0).0,
             turned: [0, 1, 2],
-            parameter: ray.parameter(),
+            parameter: ray.parameter,
             leaf: -1,
             finite: false,
             taken: false,
@@ -115,27 +111,22 @@ impl<'s, F: Precision> MeshRay<'s, F> {
         let tree_ray = TreeRay::new(
             ray.origin,
             ray.direction,
-            ray.start,
-            ray.per_rate,
+            ray.parameter.start,
+            ray.parameter.per_rate,
             [t_min, t_max],
         );
         let triangle_ray = block_ray::<F>(ray, t_min, t_max);
-        self.begin(mesh, leaf, ray.parameter(), &tree_ray, triangle_ray);
+        self.begin(mesh, leaf, ray.parameter, &tree_ray, triangle_ray);
     }
 
     /// Begins with a mesh that the ray has entered as one of a packet.
     #[inline(always)]
     pub fn enter_from<I: Isa>(&mut self, packet: &MeshPacket<'s, I, F>, lane: usize) {
-        let MeshPacket { bundle, rays, .. } = packet;
-        let origin = axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i]));
-        let direction = axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i]));
         self.begin(
             packet.mesh,
             packet.leaf,
-            rays[lane / I::F64::WIDTH]
-                .parameter()
-                .get(lane % I::F64::WIDTH),
-            &bundle.tree_ray(lane, [origin, direction]),
+            packet.parameter[lane / I::F64::WIDTH].get(lane % I::F64::WIDTH),
+            &packet.bundle.tree_ray(lane, packet.rounded),
             F::packet_get::<I>(&packet.prepared, lane),
         );
     }

@@ -5,7 +5,7 @@ use super::columns::RayColumns;
 use super::entries::{Entries, Entry};
 use super::level::Target;
 use super::parting::{Begin, Part, are_few, large_leaves};
-use super::precision::{Halves, PacketMask, Precision};
+use super::precision::{Halves, PacketMask, Precision, rounded};
 use super::singles::Singles;
 use crate::bvh::Child;
 use crate::instance::LevelRays;
@@ -201,10 +201,13 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             origin,
             direction,
             [
-                (low_slide * unscale).mul_add(rays[0].rate, rays[0].start),
-                (high_slide * unscale).mul_add(rays[1].rate, rays[1].start),
+                rays[0].parameter.world(low_slide * unscale),
+                rays[1].parameter.world(high_slide * unscale),
             ],
-            [rays[0].per_rate * scale, rays[1].per_rate * scale],
+            [
+                rays[0].parameter.per_rate * scale,
+                rays[1].parameter.per_rate * scale,
+            ],
             [&self.t_min, &self.best.t],
             active,
         );
@@ -276,7 +279,12 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         if let [block] = &mesh.blocks[..] {
             return self.visit_triangles::<ANY>(rays, &prepared, block, leaf, active);
         }
-        let mut bundle = Bundle::<I>::of_mesh(rays, [&self.t_min, &self.best.t], active);
+        let mut bundle = Bundle::<I>::of_mesh(
+            rays,
+            rounded::<I>(rays),
+            [&self.t_min, &self.best.t],
+            active,
+        );
         let stack_base = self.stack.len();
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {

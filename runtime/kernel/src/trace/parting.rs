@@ -7,7 +7,7 @@ use super::entries::Entry;
 use super::level::Target;
 use super::mesh_ray::MeshPacket;
 use super::packet::{Level, Packet};
-use super::precision::{Halves, PacketMask, Precision};
+use super::precision::{Halves, PacketMask, Precision, rounded};
 use super::single;
 use super::singles::Singles;
 use crate::bvh::{Child, WIDTH};
@@ -200,12 +200,15 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let entrance = self.scene.entrance(row, &target);
         let rays: Halves<LevelRays<I::F64>> =
             halves!(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
+        let rounded = rounded::<I>(&rays);
+        let interval = [&self.t_min, &self.best.t];
         Some(MeshPacket {
             mesh,
             leaf: level.first_leaf + level.group.leaves_before(offset),
-            bundle: Bundle::of_mesh(&rays, [&self.t_min, &self.best.t], active),
+            bundle: Bundle::of_mesh(&rays, rounded, interval, active),
             prepared: F::packet_rays::<I>(&rays, &self.t_min, &self.best.t),
-            rays,
+            parameter: halves!(|h| rays[h].parameter),
+            rounded,
         })
     }
 }

@@ -108,29 +108,27 @@ fn narrow_interval<I: Isa>(
     t_min: &Halves<I::F64>,
     t_max: &Halves<I::F64>,
 ) -> (I::F32, I::F32) {
-    let (low_min, low_max) = level_interval(&rays[0].parameter(), t_min[0], t_max[0]);
-    let (high_min, high_max) = level_interval(&rays[1].parameter(), t_min[1], t_max[1]);
+    let (low_min, low_max) = level_interval(&rays[0].parameter, t_min[0], t_max[0]);
+    let (high_min, high_max) = level_interval(&rays[1].parameter, t_min[1], t_max[1]);
     (
         I::narrow(low_min, high_min),
         raised(I::narrow(low_max, high_max)),
     )
 }
 
+/// Origins and directions in single precision.
 #[inline(always)]
-fn narrow_vectors<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> ([I::F32; 3], [I::F32; 3]) {
-    (
+pub fn rounded<I: Isa>(rays: &Halves<LevelRays<I::F64>>) -> [[I::F32; 3]; 2] {
+    [
         axes!(|i| I::narrow(rays[0].origin[i], rays[1].origin[i])),
         axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i])),
-    )
+    ]
 }
 
 #[inline(always)]
 fn widened<I: Isa>(rays: &Halves<LevelRays<I::F64>>, t: I::F32) -> Halves<I::F64> {
     let (low, high) = I::widen(t);
-    [
-        rays[0].parameter().world(low),
-        rays[1].parameter().world(high),
-    ]
+    [rays[0].parameter.world(low), rays[1].parameter.world(high)]
 }
 
 impl Precision for f32 {
@@ -145,7 +143,7 @@ impl Precision for f32 {
         t_max: &Halves<I::F64>,
         active: PacketMask<I>,
     ) -> (PacketMask<I>, Halves<I::F64>) {
-        let (o, d) = narrow_vectors::<I>(rays);
+        let [o, d] = rounded::<I>(rays);
         let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
         let ray = RayLanes { o, d, t_min, t_max };
         let (hit, t) = shape.intersect::<I, _>(&ray, active);
@@ -158,7 +156,7 @@ impl Precision for f32 {
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) -> TriangleRays<I::F32> {
-        let (o, d) = narrow_vectors::<I>(rays);
+        let [o, d] = rounded::<I>(rays);
         let (t_min, t_max) = narrow_interval::<I>(rays, t_min, t_max);
         TriangleRays::new(&RayLanes { o, d, t_min, t_max })
     }
@@ -226,7 +224,7 @@ impl Precision for f64 {
         t_max: &Halves<I::F64>,
     ) -> Halves<TriangleRays<I::F64>> {
         halves!(|h| {
-            let (t_min, t_max) = level_interval(&rays[h].parameter(), t_min[h], t_max[h]);
+            let (t_min, t_max) = level_interval(&rays[h].parameter, t_min[h], t_max[h]);
             TriangleRays::new(&RayLanes {
                 o: rays[h].origin,
                 d: rays[h].direction,
@@ -243,7 +241,7 @@ impl Precision for f64 {
         t_min: &Halves<I::F64>,
         t_max: &Halves<I::F64>,
     ) {
-        let [low, high] = halves!(|h| level_interval(&rays[h].parameter(), t_min[h], t_max[h]));
+        let [low, high] = halves!(|h| level_interval(&rays[h].parameter, t_min[h], t_max[h]));
         prepared[0].look_within(low.0, low.1);
         prepared[1].look_within(high.0, high.1);
     }
@@ -276,8 +274,8 @@ impl Precision for f64 {
         (
             I::join(hit_low, hit_high),
             [
-                rays[0].parameter().world(t_low),
-                rays[1].parameter().world(t_high),
+                rays[0].parameter.world(t_low),
+                rays[1].parameter.world(t_high),
             ],
         )
     }
@@ -292,7 +290,7 @@ fn half_shape<I: Isa>(
     t_max: I::F64,
     active: <I::F64 as Lanes>::Mask,
 ) -> (<I::F64 as Lanes>::Mask, I::F64) {
-    let (t_min, t_max) = level_interval(&rays.parameter(), t_min, t_max);
+    let (t_min, t_max) = level_interval(&rays.parameter, t_min, t_max);
     let ray = RayLanes {
         o: rays.origin,
         d: rays.direction,
@@ -300,7 +298,7 @@ fn half_shape<I: Isa>(
         t_max,
     };
     let (hit, t) = shape.intersect::<I, _>(&ray, active);
-    (hit, rays.parameter().world(t))
+    (hit, rays.parameter.world(t))
 }
 
 /// The interval of one ray.
@@ -318,7 +316,7 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
     t_min: f64,
     t_max: f64,
 ) -> Option<f64> {
-    let (t_min, t_max) = single_interval(&ray.parameter(), t_min, t_max);
+    let (t_min, t_max) = single_interval(&ray.parameter, t_min, t_max);
     let lanes = RayLanes {
         o: each!(ray.origin, |x| F::from_f64(x)),
         d: each!(ray.direction, |x| F::from_f64(x)),
@@ -326,7 +324,7 @@ pub fn intersect_shape<I: Isa, F: Scalar>(
         t_max,
     };
     let (hit, t) = shape.intersect::<I, F>(&lanes, true);
-    let t = ray.parameter().world(t.to_f64());
+    let t = ray.parameter.world(t.to_f64());
     if hit { Some(t) } else { None }
 }
 
@@ -337,7 +335,7 @@ pub fn block_ray<L: Lanes>(
     t_min: f64,
     t_max: f64,
 ) -> (TurnedRays<L>, [usize; 3]) {
-    let (t_min, t_max) = single_interval(&ray.parameter(), t_min, t_max);
+    let (t_min, t_max) = single_interval(&ray.parameter, t_min, t_max);
     let rays = TriangleRays::<L::Scalar>::new(&RayLanes {
         o: each!(ray.origin, |x| L::Scalar::from_f64(x)),
         d: each!(ray.direction, |x| L::Scalar::from_f64(x)),

@@ -9,7 +9,7 @@ use super::precision::Halves;
 use super::single::TreeRay;
 use super::stack::Stack;
 use crate::bvh::{Node, NodeRay, WIDTH};
-use crate::instance::LevelRays;
+use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes};
 use crate::scene::Group;
 
@@ -55,10 +55,13 @@ impl Roots {
         let [(low_origin, low_slide), (high_origin, high_slide)] =
             [low.in_space(&space), high.in_space(&space)];
         let start = [
-            (low_slide / scale).mul_add(low.rate, low.start),
-            (high_slide / scale).mul_add(high.rate, high.start),
+            low.parameter.world(low_slide / scale),
+            high.parameter.world(high_slide / scale),
         ];
-        let per_rate = [low.per_rate * scale, high.per_rate * scale];
+        let per_rate = [
+            low.parameter.per_rate * scale,
+            high.parameter.per_rate * scale,
+        ];
         let origin: [I::F32; 3] = axes!(|i| I::narrow(low_origin[i], high_origin[i]));
         let direction: [I::F32; 3] = axes!(|i| I::narrow(low.direction[i], high.direction[i]));
         let after = I::narrow(
@@ -88,8 +91,11 @@ impl Roots {
             origin[i].store(&mut self.tree_origin[i]);
             direction[i].store(&mut self.tree_direction[i]);
         }
-        keep::<I>(&mut self.rate, [low.rate, high.rate]);
-        keep::<I>(&mut self.per_rate, [low.per_rate, high.per_rate]);
+        keep::<I>(&mut self.rate, [low.parameter.rate, high.parameter.rate]);
+        keep::<I>(
+            &mut self.per_rate,
+            [low.parameter.per_rate, high.parameter.per_rate],
+        );
         keep::<I>(&mut self.tree_start, start);
         keep::<I>(&mut self.tree_per_rate, per_rate);
         after.store(&mut self.after);
@@ -177,9 +183,11 @@ impl Roots {
         let level = LevelRays {
             origin: axes!(|i| self.origin[i][ray]),
             direction: axes!(|i| self.direction[i][ray]),
-            start: 0.0,
-            rate: self.rate[ray],
-            per_rate: self.per_rate[ray],
+            parameter: Parameter {
+                start: 0.0,
+                rate: self.rate[ray],
+                per_rate: self.per_rate[ray],
+            },
         };
         let origin = axes!(|i| self.tree_origin[i][ray]);
         let direction = axes!(|i| self.tree_direction[i][ray]);

@@ -120,13 +120,7 @@ impl<'s> Level<'s> {
     /// Of a ray that looks for nothing.
     fn new(group: &'s Group) -> Level<'s> {
         Level {
-            ray: LevelRays {
-                origin: [0.0; 3],
-                direction: [1.0; 3],
-                start: 0.0,
-                rate: 1.0,
-                per_rate: 1.0,
-            },
+            ray: LevelRays::SOME,
             tree_ray: TreeRay::new([0.0; 3], [1.0; 3], 0.0, 1.0, [0.0; 2]),
             group,
             first_leaf: 0,
@@ -273,8 +267,8 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
         level.tree_ray = TreeRay::new(
             origin,
             ray.direction,
-            (slide / space.scale).mul_add(ray.rate, ray.start),
-            ray.per_rate * space.scale,
+            ray.parameter.world(slide / space.scale),
+            ray.parameter.per_rate * space.scale,
             [self.t_min, self.nearest.t],
         );
         level.group = group;
@@ -399,7 +393,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     ) -> bool {
         let (prepared, turned) = block_ray::<F::Block<I>>(ray, self.t_min, self.nearest.t);
         let mut taken = false;
-        intersect_block(&prepared, turned, &ray.parameter(), block, |lane, t| {
+        intersect_block(&prepared, turned, &ray.parameter, block, |lane, t| {
             taken |= self.nearest.offer(t, leaf, block.triangles[lane]);
         });
         taken

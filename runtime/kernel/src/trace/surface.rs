@@ -256,19 +256,19 @@ impl<F: Scalar> Scene<F> {
             match target {
                 Target::Group(inner) => {
                     rays = entrance.enter_group(&rays);
-                    reach = reach + L::splat(self.distance(row)) * rays.rate;
+                    reach = reach + L::splat(self.distance(row)) * rays.parameter.rate;
                     group = inner;
                 }
                 Target::Prototype(prototype) => {
                     rays = entrance.enter_prototype(&rays, &prototype.space);
                     let distance = self.distance(row) * prototype.space.scale;
-                    reach = reach + L::splat(distance) * rays.rate;
+                    reach = reach + L::splat(distance) * rays.parameter.rate;
                     break (prototype, self.instance_target[row]);
                 }
             }
         };
-        let tau = rays.parameter().of_world(t);
-        let rounding = L::splat(COORDINATE_ERROR) * reach * rays.per_rate;
+        let tau = rays.parameter.of_world(t);
+        let rounding = L::splat(COORDINATE_ERROR) * reach * rays.parameter.per_rate;
         let of_object = prototype.surface(&rays, tau, triangles, lanes, rounding);
         let ObjectSurface {
             lanes,
@@ -350,7 +350,7 @@ impl<F: Scalar> Prototype<F> {
         let room = L::splat(EDGE_ROOM * F::EPS.to_f64()) + rounding;
         let at = |t: L| -> [L; 3] { axes!(|i| t.mul_add(rays.direction[i], rays.origin[i])) };
         let local = at(tau);
-        let from = -rays.start * rays.per_rate;
+        let from = -rays.parameter.start * rays.parameter.per_rate;
         let before = at((tau - L::splat(ROOMS_BEFORE) * room).max(from));
         match &self.geometry {
             Geometry::Shape(shape) => {
