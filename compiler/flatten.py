@@ -49,6 +49,7 @@ class Pruned:
     unused_materials: int = 0
     dark_lights: int = 0
     singular_instances: int = 0
+    out_of_range_instances: int = 0
 
 
 class Flattened(NamedTuple):
@@ -118,12 +119,14 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         **attributes._asdict(),
         textures=textures,
     )
+    singular = int(np.isin(reasons[dropped], (Reason.NO_INVERSE, Reason.NOT_FINITE)).sum())
     pruned = Pruned(
         equal_shapes=prototypes.equal,
         empty_meshes=prototypes.empty,
         unused_materials=len(materials.nodes) - len(set(used_materials) | {0}),
         dark_lights=lights.dark,
-        singular_instances=len(dropped),
+        singular_instances=singular,
+        out_of_range_instances=len(dropped) - singular,
     )
     return Flattened(ir, diagnostics, pruned)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,10 @@ import ovolo
 from compiler import expand
 from compiler.compilation import compile_text
 from dsl.diagnostics import Diagnostic
+from dsl.scene import Precision
+from dsl.spans import Span
+
+PRECISIONS: tuple[Precision, ...] = get_args(Precision)
 
 
 def warnings(text: str) -> list[Diagnostic]:
@@ -22,24 +28,21 @@ def warnings(text: str) -> list[Diagnostic]:
     st.floats(-99, 99),
     st.floats(-130, 130),
     st.floats(-130, 130),
-    st.sampled_from(["float32", "float64"]),
+    st.sampled_from(PRECISIONS),
 )
 @settings(max_examples=25, deadline=None)
 def test_what_is_not_left_out_is_hit(
-    shape: str, size: float, scale: float, away: float, precision: str
+    shape: str, size: float, scale: float, away: float, precision: Precision
 ) -> None:
-    argument = {
-        "box": "({0:r}, {0:r}, {0:r})",
-        "torus": "{0:r}, {0:r} / 4",
-        "cone": "{0:r}, {0:r}",
-    }.get(shape, "{0:r}")
-    text = f"{shape}({argument.replace(':r', '!r')})".format(10.0**size)
+    r = repr(10.0**size)
+    arguments = {"box": f"({r}, {r}, {r})", "torus": f"{r}, {r} / 4", "cone": f"{r}, {r}"}
+    text = f"{shape}({arguments.get(shape, r)})"
     text += f".scale({10.0**scale!r}).translate(0, {10.0**away!r}, 0)"
     # A ball around which nothing is left out, and which an object out of range would hide.
     scene = ovolo.compile(f"sphere()\n{text}")
     kept = len(scene.ir.instance_target)
     assert len(scene.warnings) == 2 - kept
-    tracer = scene.tracer(precision=precision)  # type: ignore[arg-type]
+    tracer = scene.tracer(precision=precision)
     y, reach = 10.0**away, 10.0 ** (size + scale)
     assert tracer.trace([[0.0, 0.0, 2.0]], [[0.0, 0.0, -1.0]]).hit[0]
     if kept == 2 and max(reach, 1.0) * 1e-5 < y < reach * 1e5 and shape != "torus":
@@ -92,7 +95,8 @@ def test_what_is_out_of_range_is_told(text: str, place: str | None) -> None:
         assert warning.primary is not None
         start = text.index(place)
         span = warning.primary.place
-        assert (span.start, span.end) == (start, start + len(place))  # type: ignore[union-attr]
+        assert isinstance(span, Span)
+        assert (span.start, span.end) == (start, start + len(place))
 
 
 @pytest.mark.parametrize("power", [30, 45, -30, -45])
@@ -113,3 +117,8 @@ sphere()
     for compilation in (flat, kept):
         told = [w.code for w in compilation.warnings if w.code.startswith("scene")]
         assert told == ([] if abs(power) == 30 else ["scene-out-of-range"])
+
+
+def test_what_has_no_inverse_and_what_is_out_of_range_is_counted_apart() -> None:
+    pruned = compile_text("sphere().scale(1e101)\nbox().scale(1, 0, 1)\nbox()").pruned
+    assert (pruned.singular_instances, pruned.out_of_range_instances) == (1, 1)
