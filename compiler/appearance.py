@@ -19,6 +19,7 @@ from dsl.scene import (
     UNSHAPED,
     AreaLight,
     Camera,
+    FloatArray,
     Light,
     Material,
     PointLight,
@@ -87,12 +88,12 @@ def contributes(light: Light) -> bool:
             return any(color)
 
 
-def light_table(lights: Sequence[tuple[Light, Affine]]) -> NDArray[np.void]:
+def light_table(lights: Sequence[tuple[Light, Affine]], texts: Texts) -> NDArray[np.void]:
     """`SceneIR.lights`, each placed by its `world_from_object` of one lane.
 
     The surface of an area light is moved point by point. A point light's radius grows by the cube
     root of the volume's; its intensity, like a sun's irradiance and its angle, and a surface's
-    radiance, is not changed by scales.
+    radiance, is not changed by scales. A sky with a texture is turned.
     """
     table = np.zeros(len(lights), dtype=ir.LIGHT)
     for row, (light, placement) in zip(table, lights, strict=True):
@@ -115,6 +116,9 @@ def light_table(lights: Sequence[tuple[Light, Affine]]) -> NDArray[np.void]:
                     row[name] = _rounded(_applied(placement.linear, _exact(axis)))
             case Sky():
                 row["kind"], row["color"] = ir.SKY, light.radiance
+                if light.texture:
+                    row["file"] = 1 + texts.index(light.texture)
+                    row["u"], row["v"], row["w"] = _turned(placement.linear).T
                 continue
         row["vector"], row["color"], row["size"] = _rounded(vector), color, size
     return table
@@ -145,6 +149,18 @@ def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDAr
         row["lens_radius"] = camera.lens_radius * along_y
         row["focus_distance"] = camera.focus_distance * along_z
     return table
+
+
+def _turned(linear: Sequence[Sequence[DoubleDouble]]) -> FloatArray:
+    """The nearest orthogonal matrix `(3, 3)`: of a similarity its columns, made unit."""
+    axes = np.array([_rounded(unit(axis)) for axis in zip(*linear, strict=True)]).T
+    if np.allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=1e-12):
+        return axes
+    # The polar factor (Higham, "Computing the polar decomposition", 1986).
+    entries = np.array([_rounded(row) for row in linear])
+    left, _, right = np.linalg.svd(entries / np.abs(entries).max())
+    nearest: FloatArray = left @ right
+    return nearest
 
 
 def _exact(vector: Sequence[float]) -> list[DoubleDouble]:

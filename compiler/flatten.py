@@ -92,6 +92,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     used_origins = first_uses(table.sources.origin, len(origins.places))
     texts = Texts()
     cameras = camera_table(lights.cameras, texts)
+    light_records = light_table(lights.lights, texts)
     origin_table = origins.table(used_origins, texts)
     shown = [materials.nodes[m] for m in used_materials]
     attributes = attribute_arrays(prototypes.meshes(used_prototypes.tolist()), texts)
@@ -107,7 +108,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
         instance_material=_renumbered_materials(table.material, used_materials),
         instance_source=table.source.astype(np.int32, copy=False),
         materials=material_table(shown),
-        lights=light_table(lights.lights),
+        lights=light_records,
         cameras=cameras,
         settings=settings_record(n for n in walked.order if type(n) is Settings),
         source_parent=table.sources.parent.astype(np.int32, copy=False),

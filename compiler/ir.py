@@ -78,12 +78,12 @@ LIGHTS = ("sun", "point", "sky", "rectangle", "disc", "cylinder")
 LIGHT = np.dtype(
     [
         ("kind", "<i4"),  # index of LIGHTS
-        ("reserved", "<i4"),
+        ("file", "<i4"),  # skies: 1 + text of the texture's name, 0: none
         ("vector", "<f8", 3),  # world space: sun, unit direction of travel; others, position
         ("color", "<f8", 3),  # sun, irradiance; point, intensity; others, radiance
         ("size", "<f8"),  # sun, angular diameter in degrees; point, radius
-        ("u", "<f8", 3),  # surfaces, world space: as `dsl.scene.AreaLight`
-        ("v", "<f8", 3),
+        ("u", "<f8", 3),  # surfaces, world space: as `dsl.scene.AreaLight`; skies with a texture:
+        ("v", "<f8", 3),  # x, y and z of their own space, orthonormal
         ("w", "<f8", 3),  # shaped points: unit direction
         ("cone", "<f8"),  # points and surfaces: as `dsl.scene.Shaping`
         ("softness", "<f8"),
@@ -209,6 +209,11 @@ class SceneIR:
         """The text of that index."""
         start = int(self.text_ends[index - 1]) if index else 0
         return self.text_bytes[start : int(self.text_ends[index])].tobytes().decode()
+
+    def sky_texture(self, light: int) -> str:
+        """The name of the texture of that row of `lights`; "" where it has none."""
+        number = int(self.lights["file"][light])
+        return self.text(number - 1) if number else ""
 
 
 COLUMNS: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {

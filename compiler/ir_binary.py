@@ -83,7 +83,7 @@ def read_ir(path: str | Path) -> SceneIR:
 def content_hash(scene: SceneIR) -> str:
     """SHA-256, in hex, of what the picture depends on: all but the sources.
 
-    Numbers of texts do not count, the texts that cameras, attributes and textures name do.
+    Numbers of texts do not count, the texts that cameras, lights, attributes and textures name do.
     """
     names = []
     for table, columns in (
@@ -96,6 +96,10 @@ def content_hash(scene: SceneIR) -> str:
             names += [scene.text(int(index)) for index in unnamed[column]]
             unnamed[column] = 0
         scene = replace(scene, **{table: unnamed})
+    names += [scene.sky_texture(light) for light in range(len(scene.lights))]
+    lights = scene.lights.copy()
+    lights["file"] = 0
+    scene = replace(scene, lights=lights)
     digest = hashlib.sha256(f"ovolo ir {VERSION} {names!r}".encode(errors="replace"))
     for name in COLUMNS:
         if not name.startswith(("source_", "origins", "text_", "instance_source")):

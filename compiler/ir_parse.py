@@ -23,6 +23,7 @@ from compiler.ir_text import (
     MATERIAL_WORDS,
     PROJECTIONS,
     SETTINGS_WORDS,
+    SKY_AXES,
     TEXTURE_WORDS,
     Word,
 )
@@ -228,8 +229,12 @@ class _Parser:
 
     def _light(self, line: Line) -> None:
         kind = line.choice(tuple(LIGHT_WORDS), "a kind of light")
-        record = _record(line, ir.LIGHT, tuple(LIGHT_WORDS.values())[kind])
+        words = tuple(LIGHT_WORDS.values())[kind]
+        texture = line.text() if kind == ir.SKY and line.peek().startswith('"') else ""
+        record = _record(line, ir.LIGHT, (*words, *SKY_AXES) if texture else words)
         record["kind"] = kind
+        if texture:
+            record["file"] = 1 + self.texts.index(texture)
         self.lights.append(record)
 
     def _camera(self, line: Line) -> None:

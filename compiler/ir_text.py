@@ -105,6 +105,12 @@ LIGHT_WORDS = {
     "cylinder": _SURFACE_WORDS,
 }
 """By `LIGHT["kind"]`, in order."""
+SKY_AXES = (
+    Word("u", "u", 3, (1.0, 0.0, 0.0)),
+    Word("v", "v", 3, (0.0, 1.0, 0.0)),
+    Word("w", "w", 3, (0.0, 0.0, 1.0)),
+)
+"""What skies with a texture have beside."""
 TEXTURE_WORDS = (
     Word("channels", "channels", 1, None, ir.CHANNELS),
     Word("wrap_s", "wrap_s", 1, (ir.WRAPS.index("useMetadata"),), ir.WRAPS),
@@ -253,9 +259,13 @@ def _instances(scene: SceneIR, first: int, end: int, sources: bool) -> Iterator[
 
 
 def _lights(scene: SceneIR) -> Iterator[str]:
-    for record in scene.lights:
+    for light, record in enumerate(scene.lights):
         kind = tuple(LIGHT_WORDS)[record["kind"]]
-        yield " ".join([kind, *_words(record, LIGHT_WORDS[kind])])
+        words = [kind, *_words(record, LIGHT_WORDS[kind])]
+        if texture := scene.sky_texture(light):
+            words.insert(1, json.dumps(texture, ensure_ascii=False))
+            words += _words(record, SKY_AXES)
+        yield " ".join(words)
 
 
 def _cameras(scene: SceneIR) -> Iterator[str]:

@@ -76,9 +76,12 @@ def _add(placed: PlacedLights, node: Light | Camera, placement: Placement) -> No
     forward, inverse = np.empty((2, 1, 3, 4))
     placement.forward.round_into(forward)
     placement.inverse.round_into(inverse)
+    if isinstance(node, Sky):
+        # A sky is as far away whatever moves it.
+        forward[..., 3] = inverse[..., 3] = 0.0
     size = np.array([_size(node)])
     (reason,) = reasons(extent(forward, inverse), size, np.ones(1)).tolist()
-    if reason and not isinstance(node, Sky):
+    if reason and not (isinstance(node, Sky) and not node.texture):
         place = node.origin.place if node.origin else None
         placed.diagnostics.append(left_out(1, Reason(reason), place))
     elif isinstance(node, Camera):

@@ -137,6 +137,12 @@ def _appearance(scene: SceneIR) -> Iterator[str]:
     shaped = (scene.lights["cone"] < 180.0) | (scene.lights["focus"] > 0.0)
     if (shaped & (scene.lights["kind"] == ir.POINT) & ~scene.lights["w"].any(axis=1)).any():
         yield "a light's cone has no direction"
+    textured = scene.lights[scene.lights["file"] != 0]
+    axes = np.stack([textured["u"], textured["v"], textured["w"]], axis=1)
+    if (textured["kind"] != ir.SKY).any() or not np.allclose(
+        axes @ axes.transpose(0, 2, 1), np.eye(3), rtol=0.0, atol=1e-9
+    ):
+        yield "a light has a texture, and is no sky with three perpendicular unit axes"
     lens = ("exposure", "lens_radius", "focus_distance", "shutter")
     for name in ("world_from_camera", "height", "shift", "near", *lens):
         if not np.isfinite(scene.cameras[name]).all():
@@ -171,6 +177,8 @@ def _texts(scene: SceneIR) -> Iterator[str]:
         yield "a text is not UTF-8"
     if not _within(scene.cameras["name"], len(ends)):
         yield "a camera has a name that is not there"
+    if not _within(scene.lights["file"], len(ends) + 1):
+        yield "a light has a texture that is not there"
 
 
 def _sources(scene: SceneIR) -> Iterator[str]:

@@ -73,7 +73,7 @@ def read_chapter(path: Path) -> Iterator[Example]:
             yield _read_example(path.name, section[:end], blocks)
 
 
-_READ = {*LANGUAGES, *KINDS, "obj", "stl", "off"}
+_READ = {*LANGUAGES, *KINDS, "obj", "stl", "off", "ppm"}
 """The blocks that belong to examples; others, such as `ebnf`, are prose."""
 
 

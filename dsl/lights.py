@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import PurePath
 from typing import Any, get_args
 
 from dsl.angles import tangent
 from dsl.calls import Site
+from dsl.files import FileFault
 from dsl.kinds import ANGLE, COLOR, NUMBER, STRING, VECTOR2, VECTOR3
 from dsl.materials import check_color, check_range
 from dsl.scene import (
@@ -39,8 +41,15 @@ def _sun(site: Site, direction: Vector, irradiance: float, color: _Rgb, angle: f
     return Sun(direction, _times(site, color, irradiance), angle, Origin(site.span))
 
 
-def _sky(site: Site, color: _Rgb) -> Sky:
-    return Sky(_times(site, color, 1.0), Origin(site.span))
+def _sky(site: Site, color: _Rgb, texture: str | None) -> Sky:
+    radiance, origin = _times(site, color, 1.0), Origin(site.span)
+    if texture is None:
+        return Sky(radiance, origin)
+    try:
+        site.files.resolve(texture, site.folder)
+    except FileFault as fault:
+        raise site.fault(fault.code, fault.message, "texture", fault.help) from None
+    return Sky(radiance, origin, str(PurePath(site.folder) / texture))
 
 
 def _point_light(
@@ -233,9 +242,17 @@ LIGHTS = (
     ),
     Builtin(
         "sky",
-        (Signature((_COLOR,), _sky),),
+        (
+            Signature(
+                (
+                    _COLOR,
+                    Parameter("texture", STRING, doc="a picture by latitude and longitude"),
+                ),
+                _sky,
+            ),
+        ),
         "a light",
-        "The same light from every direction, which is also the background.",
+        "Light from every direction, which is also the background.",
     ),
     Builtin(
         "point_light",

@@ -366,10 +366,16 @@ class AreaLight:
 
 @node
 class Sky:
-    """Uniform radiance from every direction; also the background. Not moved by transforms."""
+    """Radiance from every direction, which is also the background.
+
+    With a `texture`, the path of a latitude-longitude picture, the `radiance` is multiplied by it:
+    its upper edge is +y of the sky's own space, its middle +z, and the middle of its left half +x
+    (as in OpenEXR). Transforms turn and mirror it. Without a texture they do nothing.
+    """
 
     radiance: Color
     origin: Origin | None = None
+    texture: str = ""
 
 
 @node

@@ -119,6 +119,7 @@ class Scene:
             seed=seed,
             threads=threads,
             progress=progress,
+            root=self._compilation.reader.files.root,
         )
 
     def export(self, path: str | PathLike[str], *, tolerance: float | None = 1e-3) -> None:

@@ -47,7 +47,8 @@ class Kernel:
     `images` are the pictures of the IR's `textures`, row by row: `(h, w, c)` from the top, of 1
     (grey), 2 (grey, alpha), 3 or 4 channels; uint8, which the texture's colour space decodes, or
     float32, linear; of a picture in tiles a dict of them by (column, row). None, or what is beyond
-    the end, is missing: the texture's fallback is drawn. Read-only arrays are not copied.
+    the end, is missing: the texture's fallback is drawn. `skies` are the pictures of skies by their
+    row of the IR's `lights`, decoded as "auto" says. Read-only arrays are not copied.
     Raises ValueError for an IR whose indices or shapes are wrong.
     """
 
@@ -57,6 +58,7 @@ class Kernel:
         precision: str,
         isa: str | None = None,
         images: Sequence[_Image | dict[tuple[int, int], _Image] | None] | None = None,
+        skies: dict[int, _Image] | None = None,
     ) -> Kernel: ...
     def updated(self, ir: SceneIR) -> Kernel:
         """The kernel for another scene, with the precision and instruction set of this one.

@@ -18,8 +18,9 @@ from runtime.film import Film
 from runtime.tracer import MAX_THREADS
 
 if TYPE_CHECKING:
-    from dsl.diagnostics import Diagnostic
-    from runtime.textures import Pictures
+    from pathlib import Path
+
+    from runtime.textures import Images
 
 DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 DEFAULT_SAMPLES = 16
@@ -52,6 +53,7 @@ def render(
     isa: str | None = None,
     max_pixels: int = MAX_PIXELS,
     max_camera_rays: int = MAX_CAMERA_RAYS,
+    root: Path | None = None,
 ) -> Film:
     """A picture of the scene.
 
@@ -70,7 +72,8 @@ def render(
     - "ids": a colour for each instance
 
     `threads` 0 takes all cores; `seed` chooses the sample points; `isa` is one of
-    `runtime._kernel.instruction_sets()`. Neither threads nor isa change the picture.
+    `runtime._kernel.instruction_sets()`. Neither threads nor isa change the picture. Names of
+    textures start from the folder `root`, None: the current one.
 
     `progress(done, rays)` is called some 20 times a second with the fraction done and the rays
     traced; what it raises, or KeyboardInterrupt, ends the render at once.
@@ -102,15 +105,15 @@ def render(
 
     start = perf_counter()
     with stage("build"):
-        pictures, warnings = _images(ir) if integrator == "direct" else ([], [])
-        kernel = Kernel(ir, precision, isa, pictures)
+        images = _images(ir, root) if integrator == "direct" else None
+        kernel = Kernel(ir, precision, isa, *(images[:2] if images else ()))
         if record is None:
             record = default_camera(kernel.bounds, UP_AXES[settings["up"]], width / height)
     built = perf_counter()
     with stage("render"):
         # The kernel ends the process where memory is refused: whether it is, is found out here.
         np.empty(width * height * _PIXEL_BYTES, np.uint8)
-        images = kernel.render(
+        layers = kernel.render(
             record,
             width,
             height,
@@ -122,28 +125,28 @@ def render(
             progress,
         )
     return Film(
-        color=images["color"],
-        error=images["error"],
-        depth=images["depth"],
-        normal=images["normal"],
-        instance=images["instance"],
+        color=layers["color"],
+        error=layers["error"],
+        depth=layers["depth"],
+        normal=layers["normal"],
+        instance=layers["instance"],
         integrator=integrator,
         exposure=exposure,
         samples=samples,
-        rays=int(images["rays"]),
+        rays=int(layers["rays"]),
         seconds=perf_counter() - built,
         build_seconds=built - start,
-        warnings=tuple(warnings),
+        warnings=tuple(images.warnings) if images else (),
     )
 
 
-def _images(ir: SceneIR) -> tuple[Pictures, list[Diagnostic]]:
-    """The images that the scene's textures name, and what is wrong with them."""
-    if not len(ir.textures):
-        return [], []
+def _images(ir: SceneIR, root: Path | None) -> Images | None:
+    """The pictures that the scene names, if it names any."""
+    if not len(ir.textures) and not ir.lights["file"].any():
+        return None
     from runtime.textures import load_images
 
-    return load_images(ir)
+    return load_images(ir, root)
 
 
 def _size(

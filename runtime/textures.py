@@ -1,4 +1,4 @@
-"""The pictures that a scene's materials name, as arrays for the kernel."""
+"""The pictures that a scene's materials and skies name, as arrays for the kernel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,18 +37,30 @@ Picture = NDArray[np.uint8] | NDArray[np.float32]
 Pictures = Sequence[Picture | dict[tuple[int, int], Picture] | None]
 
 
+class Images(NamedTuple):
+    """The pictures of each row of `SceneIR.textures`, and of the rows of its lights that have one.
+
+    As `runtime._kernel.Kernel` takes them; `warnings` say what could not be read.
+    """
+
+    textures: Pictures
+    skies: dict[int, Picture]
+    warnings: list[Diagnostic]
+
+
 class TextureError(Exception):
     """A picture that is not read; the message says why."""
 
 
-def load_images(ir: SceneIR) -> tuple[Pictures, list[Diagnostic]]:
-    """The picture of each row of `ir.textures`, as `runtime._kernel.Kernel` takes them.
+def load_images(ir: SceneIR, root: Path | None = None) -> Images:
+    """The pictures of a scene's textures and skies.
 
-    A file is read once, however many materials name it. Of a file that cannot be read the picture
-    is None, and a diagnostic says why. Files in packages (`asset.usdz[cloth.png]`) and sets of
-    tiles (`skin.<UDIM>.png`) are read like others.
+    Names of files start from `root`, None: the current folder. A file is read once, however many
+    materials name it. Of a file that cannot be read there is no picture, and a warning says why.
+    Files in packages (`asset.usdz[cloth.png]`) and sets of tiles (`skin.<UDIM>.png`) are read like
+    others; a sky has no tiles.
     """
-    folder = _Folder()
+    folder = _Folder(root or Path())
     found: dict[tuple[str, bool], Picture | dict[tuple[int, int], Picture] | None] = {}
     faults: dict[str, Diagnostic] = {}
     pictures: list[Picture | dict[tuple[int, int], Picture] | None] = []
@@ -66,17 +78,27 @@ def load_images(ir: SceneIR) -> tuple[Pictures, list[Diagnostic]]:
                 message = f"the texture `{file}` {error}: its fallback is drawn"
                 faults[file] = diagnostic("texture-unreadable", message)
         pictures.append(found[key])
-    return pictures, list(faults.values())
+    skies = {}
+    for light in range(len(ir.lights)):
+        if file := ir.sky_texture(light):
+            try:
+                skies[light] = folder.picture(file, srgb=False)
+            except TextureError as error:
+                message = f"the texture `{file}` {error}: the sky has its color alone"
+                faults[file] = diagnostic("texture-unreadable", message)
+    return Images(pictures, skies, list(faults.values()))
 
 
 @dataclass(slots=True)
 class _Folder:
-    """Reads pictures as long as they do not take too much memory."""
+    """Reads pictures, named from `root` on, as long as they do not take too much memory."""
 
+    root: Path
     left: int = field(default_factory=lambda: MAX_BYTES)
 
     def tiles(self, file: str, srgb: bool) -> dict[tuple[int, int], Picture]:
         """All pictures of a set, by column and row."""
+        file = str(self.root / file)
         packaged = _PACKAGED.fullmatch(file)
         names = _entries(packaged["package"]) if packaged else _beside(file)
         pattern = re.compile(
@@ -96,7 +118,7 @@ class _Folder:
 
     def picture(self, file: str, srgb: bool) -> Picture:
         """One picture; `srgb` says that its numbers are encoded so, if they are not bytes."""
-        with _unpacked(file) as path:
+        with _unpacked(str(self.root / file)) as path:
             if not Path(path).is_file():
                 raise TextureError("cannot be found")
             picture = _read(path, self._take)

@@ -156,8 +156,8 @@ def material(node: Material) -> str:
     return call("material", **named)
 
 
-def light(record: Any) -> str:
-    """The call that makes a light of the flat scene."""
+def light(record: Any, texture: str) -> str:
+    """The call that makes a light of the flat scene; `texture` is a sky's, or ""."""
     shine = color([float(c) for c in record["color"]])
     place = vector([float(x) for x in record["vector"]])
     size = float(record["size"])
@@ -176,7 +176,11 @@ def light(record: Any) -> str:
                 named["direction"] = vector([float(x) for x in record["w"]])
             return call("point_light", **named, **shaping)
         case ir.SKY:
-            return call("sky", color=shine)
+            if not texture:
+                return call("sky", color=shine)
+            made = call("sky", color=shine, texture=f'"{texture}"')
+            axes = np.column_stack([record["u"], record["v"], record["w"], np.zeros(3)])
+            return made if (axes == np.eye(3, 4)).all() else made + matrix(axes)
         case kind:
             u, v, w = (np.asarray(record[name]) for name in "uvw")
             if kind == ir.CYLINDER:

@@ -310,5 +310,10 @@ def _views(scene: SceneIR, unsaid: list[Diagnostic]) -> list[str]:
         report(f"{up} is up, which matters where a camera is made up")
     if named:
         lines.insert(0, words.call("settings", **named))
-    lines += [words.light(light) for light in scene.lights]
+    for number, light in enumerate(scene.lights):
+        texture = scene.sky_texture(number)
+        if re.search(r'["\\\[\]\x00-\x1f]', texture):
+            report(f"the texture `{texture}` of a sky is left out: it has its color alone")
+            texture = ""
+        lines.append(words.light(light, texture))
     return lines

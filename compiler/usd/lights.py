@@ -13,11 +13,13 @@ import math
 from typing import Any, get_args
 
 import numpy as np
-from pxr import Gf, Sdf, UsdLux
+from pxr import Gf, Sdf, UsdGeom, UsdLux
 
 from compiler.usd.clock import Clock
 from compiler.usd.report import Report
 from compiler.usd.schema import type_of
+from compiler.usd.textures import asset_file
+from compiler.usd.xform import rotation
 from dsl.scene import (
     UNSHAPED,
     AreaKind,
@@ -29,6 +31,7 @@ from dsl.scene import (
     PointLight,
     Shaping,
     Sky,
+    Step,
     Sun,
     Vector,
 )
@@ -46,7 +49,8 @@ def read_light(
 ) -> Light | None:
     """One light in world space, or None (reported) for a kind that is not handled.
 
-    `world_from_light` is a Gf.Matrix4d (row vectors).
+    `world_from_light` is a Gf.Matrix4d (row vectors). A sky with a texture is in the space of its
+    `pole`.
     """
     path = prim.GetPath()
     kind = type_of(prim)
@@ -60,12 +64,7 @@ def read_light(
     if kind == "SphereLight":
         return _ball(prim, emission, world_from_light, clock, origin)
     if kind in ("DomeLight", "DomeLight_1"):
-        texture = clock.value(prim.GetAttribute("inputs:texture:file"))
-        if isinstance(texture, Sdf.AssetPath) and texture.path:
-            message = "`inputs:texture:file` of dome lights is not used; their colour is"
-            help = "set `inputs:color` to the mean of the texture"
-            report.add("usd-light", message, path, help)
-        return Sky(emission, origin)
+        return Sky(emission, origin, _dome_texture(prim, clock, report))
     if kind in _SURFACES:
         light = _surface(prim, _SURFACES[kind], emission, world_from_light, clock, origin)
         if light is None:
@@ -73,6 +72,41 @@ def read_light(
         return light
     report.add("usd-light", f"`{kind}` lights are not handled", path)
     return None
+
+
+def pole(prim: Any, clock: Clock, report: Report) -> tuple[Step, ...]:
+    """What turns a sky, whose pole is +y, into a dome's own space.
+
+    By `poleAxis` of DomeLight_1 the pole is +Y and the middle of the picture +Z, or the pole is +Z
+    and the middle -Y (its schema's documentation); the pole of a DomeLight is always +Y.
+    """
+    axis = clock.value(prim.GetAttribute("poleAxis"))
+    if axis is not None and axis not in ("scene", "Y", "Z"):
+        message = f"`poleAxis = {axis!r}` is none of scene, Y and Z; the scene's is used"
+        report.add("usd-light", message, prim.GetPath())
+        axis = "scene"
+    if axis == "scene":
+        axis = UsdGeom.GetStageUpAxis(prim.GetStage())
+    return (rotation("X", 90.0),) if axis == "Z" else ()
+
+
+def _dome_texture(prim: Any, clock: Clock, report: Report) -> str:
+    """The file of a dome's picture; "" where there is none, or none that can be used (reported)."""
+    attribute = prim.GetAttribute("inputs:texture:file")
+    asset = clock.value(attribute)
+    if not isinstance(asset, Sdf.AssetPath) or not asset.path:
+        return ""
+    layout = clock.token(prim.GetAttribute("inputs:texture:format"))
+    if layout not in ("", "automatic", "latlong"):
+        message = f"the texture of a dome in the format `{layout}` is not used; its colour is"
+        report.add("usd-light", message, prim.GetPath(), "convert it to `latlong`")
+        return ""
+    if not asset.resolvedPath:
+        file = asset_file(attribute, asset, clock)
+        message = f"the texture `{file}` cannot be found: the dome has its colour alone"
+        help = "mend the path, or set `inputs:color` to the mean of the texture"
+        report.add("usd-light", message, prim.GetPath(), help)
+    return str(asset.resolvedPath)
 
 
 def _emission(prim: Any, clock: Clock, report: Report) -> Color:

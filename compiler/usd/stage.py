@@ -17,7 +17,7 @@ from compiler.usd.appearance import Base
 from compiler.usd.cameras import read_camera
 from compiler.usd.clock import Clock
 from compiler.usd.framing import Framing, read_framing
-from compiler.usd.lights import read_light
+from compiler.usd.lights import pole, read_light
 from compiler.usd.materialx_files import composed_materialx, is_about_materialx
 from compiler.usd.opening import open_stage, sentence
 from compiler.usd.options import PURPOSES, StageOptions
@@ -29,7 +29,7 @@ from compiler.usd.settings import included_purposes, read_settings, render_setti
 from compiler.usd.traverse import Traversal
 from compiler.usd.xform import world_matrix, world_steps
 from dsl.diagnostics import Diagnostic
-from dsl.scene import Group, Instances, Node, Origin, SceneGraph, Settings, Transform
+from dsl.scene import Group, Instances, Node, Origin, SceneGraph, Settings, Sky, Transform
 from dsl.spans import PrimPlace
 
 one_at_a_time = threading.Lock()
@@ -148,6 +148,9 @@ def _placed(prim: Any, traversal: Traversal, name: str, framing: Framing | None)
     if not prim.HasAPI(UsdLux.LightAPI) or not traversal.inherited(prim).visible:
         return []
     light = read_light(prim, world_matrix(prim, clock, report), clock, report, origin)
+    if isinstance(light, Sky) and light.texture:
+        steps = (*pole(prim, clock, report), *world_steps(prim, clock, report))
+        return [Instances(light, Transform(steps))]
     return [] if light is None else [light]
 
 

@@ -23,6 +23,13 @@ _CHANNELS = ("r", "g", "b", "a", "rgb")
 _SPACES = ("auto", "raw", "sRGB")
 
 
+def asset_file(attribute: Any, asset: Any, clock: Clock) -> str:
+    """Where the file of an attribute would be that is not there."""
+    stack = attribute.GetPropertyStack(clock.code(attribute))
+    layer = stack[0].layer if stack else attribute.GetStage().GetRootLayer()
+    return str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
+
+
 class Textures:
     """Reads the textures of a stage's materials."""
 
@@ -66,9 +73,7 @@ class Textures:
                 continue
             if asset.resolvedPath:
                 return str(asset.resolvedPath)
-            stack = source.GetPropertyStack(self._clock.code(source))
-            layer = stack[0].layer if stack else source.GetStage().GetRootLayer()
-            file = str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
+            file = asset_file(source, asset, self._clock)
             if not UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
                 message = f"the texture `{file}` cannot be found: its fallback is drawn"
                 self._report.add("usd-material", message, shader.GetPath())

@@ -31,6 +31,7 @@ _SHAPING = {
     "inputs:shaping:cone:softness",
     "inputs:shaping:focus",
 }
+_DOME = {"guideRadius", "inputs:texture:file", "inputs:texture:format"}
 _FRAME = {
     "aspectRatioConformPolicy",
     "camera",
@@ -175,8 +176,8 @@ _READ: dict[str, set[str]] = {
     "RectLight": {*_LIGHT, *_SHAPING, "inputs:height", "inputs:width"},
     "DiskLight": {*_LIGHT, *_SHAPING, "inputs:radius"},
     "CylinderLight": {*_LIGHT, *_SHAPING, "inputs:length", "inputs:radius", "treatAsLine"},
-    "DomeLight": {*_LIGHT, "guideRadius", "inputs:texture:file"},
-    "DomeLight_1": {*_LIGHT, "guideRadius", "inputs:texture:file"},
+    "DomeLight": {*_LIGHT, *_DOME},
+    "DomeLight_1": {*_LIGHT, *_DOME, "poleAxis"},
     **{
         # The points and faces are for those who do not know the solid.
         type_name(kind): {

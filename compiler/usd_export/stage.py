@@ -54,7 +54,7 @@ def _write(layer: Any, compilation: Compilation, options: ExportOptions) -> None
     layer.pseudoRoot.SetInfo("upAxis", UP_AXES[int(scene.settings[0]["up"])].upper())
     layer.pseudoRoot.SetInfo("metersPerUnit", 1.0)
     cameras = write_cameras(root, scene)
-    write_lights(root, scene.lights)
+    write_lights(root, scene, Path(compilation.reader.files.root or "").resolve())
     looks = Looks(root, materials.nodes)
     Writer(root, branches, prototypes.nodes, origins, looks, options).write()
     write_settings(layer, scene, cameras)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,9 +28,9 @@ _SIZES: dict[int, dict[str, float]] = {
 """Those of lights whose axes are the columns of their matrix."""
 
 
-def write_lights(root: Any, lights: Any) -> None:
-    """One light prim each, in order."""
-    for light in lights:
+def write_lights(root: Any, scene: ir.SceneIR, folder: Path) -> None:
+    """One light prim each, in order; names of textures start from `folder`."""
+    for number, light in enumerate(scene.lights):
         name = ir.LIGHTS[int(light["kind"])]
         scope = root.nameChildren.get("Lights") or child(root, "Lights", "Scope")
         color = [float(c) for c in light["color"]]
@@ -58,12 +59,18 @@ def write_lights(root: Any, lights: Any) -> None:
             case ir.SKY:
                 prim = child(scope, name, "DomeLight")
                 _emission(prim, color)
+                if texture := scene.sky_texture(number):
+                    axes = np.column_stack([light["u"], light["v"], light["w"]])
+                    place(prim, (_matrix(axes, np.zeros(3)),))
+                    file = Sdf.AssetPath(str(folder / texture))
+                    attribute(prim, "inputs:texture:file", "asset", file)
+                    attribute(prim, "inputs:texture:format", "token", "latlong")
             case kind:
                 prim = child(scope, f"{name}_light", _SURFACES[kind])
                 axes = np.column_stack([light["u"], light["v"], -light["w"]])
                 place(prim, (_matrix(axes, light["vector"]),))
-                for size, number in _SIZES[kind].items():
-                    attribute(prim, f"inputs:{size}", "float", number)
+                for size, length in _SIZES[kind].items():
+                    attribute(prim, f"inputs:{size}", "float", length)
                 _emission(prim, color)
                 _shaping(prim, light)
 

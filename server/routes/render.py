@@ -58,6 +58,7 @@ async def render(request: Request) -> Response:
                 progress=ticket,
                 max_pixels=settings.max_pixels,
                 max_camera_rays=settings.max_camera_rays,
+                root=compilation.reader.files.root,
             )
         except ValueError as error:
             raise Problem(422, "invalid-settings", str(error)) from None

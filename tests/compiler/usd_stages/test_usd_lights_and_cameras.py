@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,10 @@ def one(imported: Any, kind: type) -> tuple[np.ndarray, Any]:
     return found
 
 
-def test_what_lights_do_not_have_is_named_one_by_one(load: Callable[..., Any]) -> None:
+def test_what_lights_do_not_have_is_named_one_by_one(
+    load: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "dusk.exr").touch()
     imported = load("""
 def SphereLight "spot" (prepend apiSchemas = ["ShapingAPI"]) {
     color3f inputs:shaping:focusTint = (1, 0, 0)
@@ -27,7 +31,15 @@ def DistantLight "sun" (prepend apiSchemas = ["ShapingAPI"]) {
     float inputs:shaping:cone:angle = 30
 }
 def DomeLight_1 "sky" {
-    uniform token poleAxis = "Y"
+    asset inputs:texture:file = @sky.exr@
+    token inputs:texture:format = "angular"
+}
+def DomeLight "night" {
+    asset inputs:texture:file = @no.exr@
+}
+def DomeLight_1 "dusk" {
+    asset inputs:texture:file = @./dusk.exr@
+    uniform token poleAxis = "X"
 }
 def RectLight "panel" {
     asset inputs:texture:file = @panel.png@
@@ -38,10 +50,11 @@ def DiskLight "nothing" {
 """)
     for name, path in (
         ("focusTint", "/spot"), ("ies:file", "/spot"), ("cone:angle", "/sun"),
-        ("poleAxis", "/sky"), ("texture:file", "/panel"), ("without a surface", "/nothing"),
+        ("`angular`", "/sky"), ("no.exr", "/night"), ("poleAxis", "/dusk"),
+        ("texture:file", "/panel"), ("without a surface", "/nothing"),
     ):  # fmt: skip
         assert imported.said(name).primary.place.prim == path
-    assert len(imported.diagnostics) == 6
+    assert len(imported.diagnostics) == 8
 
 
 def test_shaping_is_around_the_way_that_a_light_points(load: Callable[..., Any]) -> None:

@@ -50,8 +50,10 @@ READ = {
     "Cylinder": {"axis", "height", "radius"},
     "Cylinder_1": {"axis", "height", "radiusBottom", "radiusTop"},
     "DistantLight": {*LIGHTING, "inputs:angle"},
-    "DomeLight": {*LIGHTING, "guideRadius"},
-    "DomeLight_1": {*LIGHTING, "guideRadius"},
+    "DomeLight": {*LIGHTING, "guideRadius", "inputs:texture:file", "inputs:texture:format"},
+    "DomeLight_1": {
+        *LIGHTING, "guideRadius", "inputs:texture:file", "inputs:texture:format", "poleAxis",
+    },
     "GeomSubset": {"elementType", "familyName", "indices"},
     "Material": {"outputs:surface"},
     "Mesh": MESH,

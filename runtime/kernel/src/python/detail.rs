@@ -180,7 +180,9 @@ fn source(given: &Bound<'_, PyAny>, space: i32, copied: &mut usize) -> PyResult<
     Ok(Source::Image(image(given, space, copied)?))
 }
 
-fn image(given: &Bound<'_, PyAny>, space: i32, copied: &mut usize) -> PyResult<Image> {
+/// The image of an array; `space` is its index in `compiler.ir.COLOR_SPACES`. The bytes that had to
+/// be copied are added to `copied`.
+pub fn image(given: &Bound<'_, PyAny>, space: i32, copied: &mut usize) -> PyResult<Image> {
     let wrong = || PyValueError::new_err("an image is (h, w, c), uint8 or float32, c from 1 to 4");
     let shape: Vec<usize> = given.getattr("shape")?.extract().map_err(|_| wrong())?;
     let [height, width, channels] = shape[..] else {

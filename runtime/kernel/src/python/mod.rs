@@ -52,16 +52,18 @@ fn refused(error: SceneError) -> PyErr {
 #[pymethods]
 impl Kernel {
     #[new]
-    #[pyo3(signature = (ir, precision, isa=None, images=None))]
+    #[pyo3(signature = (ir, precision, isa=None, images=None, skies=None))]
     fn new(
         ir: &Bound<'_, PyAny>,
         precision: &str,
         isa: Option<&str>,
         images: Option<Bound<'_, PyAny>>,
+        skies: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Kernel> {
         let set = instruction_set(isa)?;
         let images = images.unwrap_or_else(|| PyList::empty(ir.py()).into_any());
-        let (appearance, more) = render::appearance(ir, &images)?;
+        let skies = skies.unwrap_or_else(|| PyDict::new(ir.py()));
+        let (appearance, more) = render::appearance(ir, &images, &skies)?;
         let (arrays, copied) = arrays::scene_arrays(ir)?;
         let prepare = || match precision {
             "float32" => Scene::new(arrays, set).map(Prepared::Single),
@@ -82,8 +84,8 @@ impl Kernel {
     }
 
     fn updated(&self, ir: &Bound<'_, PyAny>) -> PyResult<Kernel> {
-        let images = PyList::empty(ir.py()).into_any();
-        let (appearance, more) = render::appearance(ir, &images)?;
+        let (images, skies) = (PyList::empty(ir.py()).into_any(), PyDict::new(ir.py()));
+        let (appearance, more) = render::appearance(ir, &images, &skies)?;
         let (arrays, copied) = arrays::scene_arrays(ir)?;
         let prepare = || match &self.scene {
             Prepared::Single(scene) => scene.updated(arrays).map(Prepared::Single),

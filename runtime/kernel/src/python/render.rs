@@ -1,9 +1,10 @@
 //! `Kernel.render`, and the IR's appearance.
-use super::detail::detail;
+use super::detail::{detail, image};
 use crate::lanes::InstructionSet;
 use crate::ray::Trace;
 use crate::render::area::{AreaLight, Surface};
 use crate::render::camera::{Camera, Projection};
+use crate::render::dome::Dome;
 use crate::render::film::Film;
 use crate::render::light::{Light, Lights};
 use crate::render::material::{Material, Parameters};
@@ -35,11 +36,12 @@ pub struct Request<'py> {
 pub fn appearance(
     ir: &Bound<'_, PyAny>,
     images: &Bound<'_, PyAny>,
+    skies: &Bound<'_, PyDict>,
 ) -> PyResult<(Appearance, usize)> {
     let materials = materials(&ir.getattr("materials")?)?;
-    let (detail, copied) = detail(ir, images, &materials)?;
+    let (detail, mut copied) = detail(ir, images, &materials)?;
     let appearance = Appearance {
-        lights: lights(&ir.getattr("lights")?)?,
+        lights: lights(&ir.getattr("lights")?, skies, &mut copied)?,
         materials: materials.iter().map(Material::new).collect(),
         detail,
     };
@@ -202,7 +204,11 @@ fn materials(table: &Bound<'_, PyAny>) -> PyResult<Vec<Parameters>> {
     Ok((0..diffuse.len()).map(material).collect())
 }
 
-fn lights(table: &Bound<'_, PyAny>) -> PyResult<Lights> {
+fn lights(
+    table: &Bound<'_, PyAny>,
+    skies: &Bound<'_, PyDict>,
+    copied: &mut usize,
+) -> PyResult<Lights> {
     let table = Table(table);
     let kinds = table.integers("kind")?;
     let vectors = table.vectors("vector")?;
@@ -239,7 +245,13 @@ fn lights(table: &Bound<'_, PyAny>) -> PyResult<Lights> {
                 radius: sizes[i],
                 shaping: shaping(w),
             }),
-            2 => lights.push_sky(color),
+            2 => match skies.get_item(i)? {
+                // "auto": bytes are colours for screens, floats are light.
+                Some(given) => {
+                    lights.push_dome(Dome::new(image(&given, 0, copied)?, color, [u, v, w]));
+                }
+                None => lights.push_sky(color),
+            },
             3 => lights.push(area(Surface::Rectangle, normal)),
             4 => lights.push(area(Surface::Disc, normal)),
             5 => lights.push(area(Surface::Cylinder, w)),

@@ -71,7 +71,8 @@ impl Direct {
                 (path.slot, path.throughput, path.depth)
             };
             if samples.hits.instance[index] < 0 {
-                if let Some(background) = frame.lights.background {
+                let direction = || Vec3::load(&samples.rays.direction, index);
+                if let Some(background) = frame.lights.behind_all(direction) {
                     samples.add(slot, background * throughput);
                     samples.alpha[slot] = 1.0;
                 }
@@ -135,7 +136,8 @@ impl Direct {
             scene: frame.materials,
             own: &self.varied,
         };
-        let first_pair = HEMISPHERE + layer * (1 + lights.local.len() as u32);
+        let pairs = 1 + (lights.local.len() + lights.domes.len()) as u32;
+        let first_pair = HEMISPHERE + layer * pairs;
         for (index, light) in lights.local.iter().enumerate() {
             let pair = first_pair + 1 + index as u32;
             let points = light
@@ -143,6 +145,12 @@ impl Direct {
                 .then(|| self.draws.points(frame, samples, vertices, pair));
             self.shadows
                 .light::<I::F64>(vertices, materials, light, points);
+            self.shadows.gather(frame, samples);
+        }
+        for (index, dome) in lights.domes.iter().enumerate() {
+            let pair = first_pair + 1 + (lights.local.len() + index) as u32;
+            let points = self.draws.points(frame, samples, vertices, pair);
+            self.shadows.dome(vertices, materials, dome, points);
             self.shadows.gather(frame, samples);
         }
         if lights.sky != Vec3::ZERO {

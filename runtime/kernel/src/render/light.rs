@@ -7,6 +7,7 @@
 use super::area::AreaLight;
 use super::camera::Camera;
 use super::direction::{Basis, cone};
+use super::dome::Dome;
 use super::shaping::Shaping;
 use super::vector::Vec3;
 use crate::lanes::{Lanes, MAX_WIDTH, Mask};
@@ -207,13 +208,16 @@ impl<L: Lanes<Scalar = f64>> Illumination<L> {
 }
 
 /// All lights of a scene; black ones are left out.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Lights {
     /// Suns, points and surfaces, each traced with one shadow ray per camera sample.
     pub local: Vec<Light>,
     /// Uniform radiance from every direction that nothing hides; black costs no rays.
     pub sky: Vec3,
-    /// Radiance seen where a camera ray hits nothing; None leaves the picture transparent there.
+    /// Skies with pictures, each traced with one shadow ray per camera sample.
+    pub domes: Vec<Dome>,
+    /// Radiance seen where a camera ray hits nothing, but for that of the domes; None leaves the
+    /// picture transparent there.
     pub background: Option<Vec3>,
 }
 
@@ -236,6 +240,25 @@ impl Lights {
         self.background = Some(self.sky);
     }
 
+    /// Adds a sky with a picture, which is also the background.
+    pub fn push_dome(&mut self, dome: Dome) {
+        self.domes.push(dome);
+        self.background = Some(self.sky);
+    }
+
+    /// Radiance seen where a camera ray of a direction hits nothing; None leaves the picture
+    /// transparent there.
+    #[inline(always)]
+    pub fn behind_all(&self, direction: impl FnOnce() -> Vec3) -> Option<Vec3> {
+        let uniform = self.background?;
+        if self.domes.is_empty() {
+            return Some(uniform);
+        }
+        let direction = direction();
+        let radiance = self.domes.iter().map(|dome| dome.radiance(direction));
+        Some(radiance.fold(uniform, |sum, light| sum + light))
+    }
+
     /// The light for scenes that have none: a sun over the camera's left shoulder and a dim sky
     /// that fills the shadows but is no background. Facing white surfaces come out white.
     pub fn headlight(camera: &Camera) -> Lights {
@@ -247,7 +270,7 @@ impl Lights {
                 2.0,
             )],
             sky: Vec3::ONE * 0.25,
-            background: None,
+            ..Lights::default()
         }
     }
 

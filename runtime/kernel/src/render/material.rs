@@ -90,6 +90,13 @@ impl<'a> Materials<'a> {
     }
 }
 
+/// How often [`Material::draw`] draws each lobe of a view.
+struct Chances {
+    diffuse: f64,
+    first: (Lobe, f64),
+    second: Option<(Lobe, f64)>,
+}
+
 /// Narrower lobes are widened to this: their highlights would fall between the samples.
 const SMALLEST_ALPHA: f64 = 1e-3;
 
@@ -145,7 +152,7 @@ impl Material {
         if !lit.any() {
             return black;
         }
-        let reflected = if self.specular.is_none() && self.coat.is_none() {
+        let reflected = if self.is_matte() {
             Vec3::splat(self.albedo) * light.irradiance * (facing * L::splat(1.0 / PI))
         } else {
             let angles = Angles::new(normal, view, light.axis);
@@ -161,11 +168,69 @@ impl Material {
     /// One of the lobes is drawn by its importance and all are evaluated (the one-sample balance
     /// heuristic of Veach, 1997, § 9.2.4), so that no weight is large.
     #[inline]
-    pub fn draw(&self, normal: Vec3, view: Vec3, [u, v]: [f64; 2]) -> Option<(Vec3, Vec3)> {
+    pub fn draw(&self, normal: Vec3, view: Vec3, sample: [f64; 2]) -> Option<(Vec3, Vec3)> {
+        let direction = self.draw_direction(normal, view, sample)?;
+        if self.is_matte() {
+            return Some((direction, self.albedo));
+        }
+        let (reflectance, density) = self.reflect(normal, view, direction)?;
+        Some((direction, reflectance * (1.0 / density)))
+    }
+
+    /// The direction of [`Material::draw`]; None where all lobes are black.
+    #[inline]
+    pub fn draw_direction(&self, normal: Vec3, view: Vec3, [u, v]: [f64; 2]) -> Option<Vec3> {
         let basis = Basis::new(normal);
-        let Some(specular) = self.specular.or(self.coat) else {
-            return Some((basis.world(cosine_hemisphere([u, v])), self.albedo));
+        if self.is_matte() {
+            return Some(basis.world(cosine_hemisphere([u, v])));
+        }
+        let chances = self.chances(normal, view)?;
+        if u < chances.diffuse {
+            return Some(basis.world(cosine_hemisphere([u / chances.diffuse, v])));
+        }
+        let (lobe, u) = match chances.second {
+            Some((coat, chance)) if u >= 1.0 - chance => (coat, (u - (1.0 - chance)) / chance),
+            _ => {
+                let (lobe, chance) = chances.first;
+                (lobe, ((u - chances.diffuse) / chance).min(1.0))
+            }
         };
+        Some(basis.world(lobe.draw(basis.local(view), [u, v])))
+    }
+
+    /// Reflectance times cosine of light from a direction, and the density with which
+    /// [`Material::draw_direction`] gives it. None below the surface.
+    #[inline]
+    pub fn reflect(&self, normal: Vec3, view: Vec3, direction: Vec3) -> Option<(Vec3, f64)> {
+        let facing = normal.dot(direction);
+        if facing <= 0.0 {
+            return None;
+        }
+        if self.is_matte() {
+            let cosine = facing / PI;
+            return Some((self.albedo * cosine, cosine));
+        }
+        let chances = self.chances(normal, view)?;
+        let angles = Angles::new(normal, view, direction);
+        let (first, chance) = chances.first;
+        let density = chances.diffuse * facing / PI
+            + chance * first.density(&angles)
+            + chances
+                .second
+                .map_or(0.0, |(coat, chance)| chance * coat.density(&angles));
+        Some((self.reflectance(facing, &angles, 0.0), density))
+    }
+
+    /// Whether all that it reflects is diffuse.
+    #[inline(always)]
+    fn is_matte(&self) -> bool {
+        self.specular.is_none() && self.coat.is_none()
+    }
+
+    /// How often each lobe is drawn; None where none of them shines, or all are black.
+    #[inline]
+    fn chances(&self, normal: Vec3, view: Vec3) -> Option<Chances> {
+        let specular = self.specular.or(self.coat)?;
         let cos_view = normal.dot(view).max(SMALLEST_COSINE);
         let importance = |lobe: Lobe| lobe.fresnel(cos_view).luminance();
         let diffuse = self.albedo.luminance();
@@ -174,32 +239,11 @@ impl Material {
         let coat = self.specular.and(self.coat);
         let second = coat.map_or(0.0, importance);
         let total = diffuse + first + second;
-        if total <= 0.0 {
-            return None;
-        }
-        let (p_diffuse, p_first, p_second) = (diffuse / total, first / total, second / total);
-        let local_view = basis.local(view);
-        let direction = if u < p_diffuse {
-            basis.world(cosine_hemisphere([u / p_diffuse, v]))
-        } else {
-            let (lobe, u) = match coat {
-                Some(coat) if u >= 1.0 - p_second => (coat, (u - (1.0 - p_second)) / p_second),
-                _ => (specular, ((u - p_diffuse) / p_first).min(1.0)),
-            };
-            basis.world(lobe.draw(local_view, [u, v]))
-        };
-        let facing = normal.dot(direction);
-        if facing <= 0.0 {
-            return None;
-        }
-        let angles = Angles::new(normal, view, direction);
-        let density = p_diffuse * facing / PI
-            + p_first * specular.density(&angles)
-            + coat.map_or(0.0, |coat| p_second * coat.density(&angles));
-        Some((
-            direction,
-            self.reflectance(facing, &angles, 0.0) * (1.0 / density),
-        ))
+        (total > 0.0).then(|| Chances {
+            diffuse: diffuse / total,
+            first: (specular, first / total),
+            second: coat.map(|coat| (coat, second / total)),
+        })
     }
 
     /// Reflectance times cosine: `facing` is the cosine for the diffuse part, `angles` are for

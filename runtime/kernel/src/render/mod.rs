@@ -11,6 +11,7 @@ pub mod camera;
 pub mod detail;
 mod direct;
 pub mod direction;
+pub mod dome;
 pub mod film;
 mod frame;
 pub mod light;

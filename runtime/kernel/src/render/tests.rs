@@ -2,8 +2,10 @@
 use super::*;
 use crate::ray::{Hit, Hits, Ray, Rays};
 use camera::Projection;
+use dome::Dome;
 use light::Light;
 use material::Parameters;
+use texture::{Image, Texels};
 use vector::Vec3;
 
 /// Spheres: centre, radius, material.
@@ -106,6 +108,13 @@ fn sky(radiance: f64) -> Lights {
     lights
 }
 
+/// A dome of grey texels.
+fn dome(width: usize, height: usize, texels: Vec<f32>) -> Dome {
+    let image = Image::new(width, height, 1, Texels::Floats(texels.into())).unwrap();
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3::from);
+    Dome::new(image, Vec3::ONE, axes)
+}
+
 fn sun(direction: Vec3, degrees: f64) -> Lights {
     let mut lights = Lights::default();
     lights.push(Light::sun(
@@ -139,8 +148,12 @@ fn unit_sphere() -> Spheres {
 fn a_picture_is_the_same_on_any_number_of_threads() {
     let ground = (Vec3::new(0.0, -101.0, 0.0), 100.0, 1);
     let scene = Spheres(vec![(Vec3::ZERO, 1.0, 0), ground]);
-    let mut lights = sun(Vec3::new(-1.0, -2.0, -1.0), 5.0);
-    lights.push_sky(Vec3::new(0.2, 0.3, 0.5));
+    let lights = || {
+        let mut lights = sun(Vec3::new(-1.0, -2.0, -1.0), 5.0);
+        lights.push_sky(Vec3::new(0.2, 0.3, 0.5));
+        lights.push_dome(dome(3, 2, (1..7u8).map(f32::from).collect()));
+        lights
+    };
     let occlusion = Integrator::AmbientOcclusion { distance: 3.0 };
     for integrator in [
         Integrator::Direct,
@@ -156,7 +169,7 @@ fn a_picture_is_the_same_on_any_number_of_threads() {
                 };
                 film(
                     &scene,
-                    lights.clone(),
+                    lights(),
                     vec![matte(0.8, 1.0), matte(0.5, 0.6)],
                     &picture,
                 )
@@ -286,6 +299,41 @@ fn inside_everything_is_occluded_and_outside_nothing() {
         short.pixels.color.chunks(4).any(|c| c[0] > 0.5),
         "the distance bounds occlusion"
     );
+}
+
+#[test]
+fn a_dome_of_one_colour_is_the_sky_of_that_colour() {
+    let glossy = |roughness: f64, coat: f64| {
+        Material::new(&Parameters {
+            diffuse: Vec3::ONE * 0.5,
+            emission: Vec3::ZERO,
+            specular_workflow: false,
+            specular: Vec3::ZERO,
+            metallic: 0.5,
+            roughness,
+            clearcoat: coat,
+            clearcoat_roughness: 0.1,
+            opacity: 0.9,
+            opacity_threshold: 0.0,
+            ior: 1.5,
+        })
+    };
+    let ground = (Vec3::new(0.0, -101.0, 0.0), 100.0, 0);
+    let scene = Spheres(vec![(Vec3::ZERO, 1.0, 0), ground]);
+    for material in [matte(0.8, 1.0), glossy(0.05, 0.0), glossy(0.6, 1.0)] {
+        let picture = picture(16, 256, Integrator::Direct);
+        let mut lights = Lights::default();
+        lights.push_dome(dome(5, 3, vec![2.0; 15]));
+        let by_dome = film(&scene, lights, vec![material], &picture);
+        let by_sky = film(&scene, sky(2.0), vec![material], &picture);
+        let mut difference = 0.0;
+        for (a, b) in by_dome.pixels.color.iter().zip(&by_sky.pixels.color) {
+            assert!((a - b).abs() < 0.15 * b.max(0.5), "{a} {b}");
+            difference += f64::from(a - b);
+        }
+        difference /= by_sky.pixels.color.len() as f64;
+        assert!(difference.abs() < 3e-3, "{difference}");
+    }
 }
 
 #[test]

@@ -68,6 +68,21 @@ impl Image {
         mix(row(y[0]), row(y[1]), down)
     }
 
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The texel in a column and row, from the upper left.
+    pub fn at(&self, x: usize, y: usize) -> Rgba {
+        self.texel(Some(x), Some(y))
+    }
+
     fn texel(&self, x: Option<usize>, y: Option<usize>) -> Rgba {
         let (Some(x), Some(y)) = (x, y) else {
             return [0.0; 4];
