@@ -3,7 +3,8 @@
 Each is evaluated with its loop in all iterations at once and one after the other, which is to give
 the same scene or the same faults, and formatted, which is to keep its meaning and to change nothing
 twice: itself or, every second time, another one of any words that the grammar allows, with
-comments. Program k of a seed is the same in every run: `--first k --count 1` repeats it. Exits with
+comments. Beside each, one of lines that differ in numbers is read and evaluated line by line and at
+once. Program k of a seed is the same in every run: `--first k --count 1` repeats it. Exits with
 1 if one fails; it is kept in `--keep`.
 """
 
@@ -20,8 +21,8 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from benchmarks.fuzz.author import program
-from benchmarks.fuzz.targets import formatter, ways
+from benchmarks.fuzz.author import program, program_of_lines
+from benchmarks.fuzz.targets import formatter, lines_alike, ways
 from tests.dsl.programs import text_of
 
 CHUNK = 60
@@ -41,11 +42,12 @@ class Result:
     failed: tuple[tuple[int, str, str], ...]
 
 
-def texts_of(seed: int, number: int) -> tuple[str, str]:
-    """The program with a number, and what is formatted."""
+def texts_of(seed: int, number: int) -> tuple[str, str, str]:
+    """The program with a number, what is formatted, and the program of lines."""
     random = Random(f"{seed} {number}")
     text = program(random)
-    return text, text if number % 2 else text_of(random.randrange(2**64))
+    formatted = text if number % 2 else text_of(random.randrange(2**64))
+    return text, formatted, program_of_lines(random)
 
 
 def run(seed: int, numbers: range) -> Result:
@@ -67,9 +69,10 @@ def run(seed: int, numbers: range) -> Result:
         except Exception:  # which one it is
             for k in some:
                 check(numbers[k], ways, texts[k][0])
-    for number, (_, text) in zip(numbers, texts, strict=True):
+    for number, (_, text, lines) in zip(numbers, texts, strict=True):
         check(number, formatter, text)
-    return Result(2 * len(texts), time.process_time() - start, tuple(failed))
+        check(number, lines_alike, lines)
+    return Result(3 * len(texts), time.process_time() - start, tuple(failed))
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ than the brackets of its source.
 
 from __future__ import annotations
 
+from dsl.alike import Lines
 from dsl.records import node
 from dsl.spans import Source, Span
 
@@ -20,7 +21,7 @@ class Missing:
 
 @node
 class Number:
-    """`1.5`."""
+    """`1.5`; an array of numbers within `Alike`."""
 
     span: Span
     value: float
@@ -28,7 +29,7 @@ class Number:
 
 @node
 class AngleLiteral:
-    """`40deg`, `0.5turn`."""
+    """`40deg`, `0.5turn`; an array of degrees within `Alike`."""
 
     span: Span
     degrees: float
@@ -158,6 +159,18 @@ class Chain:
 
 
 @node
+class Alike:
+    """Statements of one form, which differ in their numbers: in `first`, arrays of one for each.
+
+    Only `dsl.parser.read` makes them.
+    """
+
+    span: Span
+    first: Chain
+    lines: Lines
+
+
+@node
 class If:
     """`if c { … } else if d { … } else { … }`."""
 
@@ -264,6 +277,7 @@ Expression = (
     | Unary
     | Operation
     | Chain
+    | Alike
     | If
     | For
     | Block

@@ -13,7 +13,7 @@ from dsl.files import FileFault, Files
 from dsl.garbage import seldom_collecting
 from dsl.observation import stage
 from dsl.parameters import Settings, unknown_settings
-from dsl.parser import parse
+from dsl.parser import read
 from dsl.run import Handler, Run
 from dsl.scene import Node, SceneGraph
 from dsl.spans import Source, Span
@@ -86,7 +86,7 @@ def evaluate_source(
     """Parse and evaluate: the scene, unless there are errors, and all diagnostics in order."""
     with seldom_collecting():
         with stage("parse"):
-            module, faults = parse(source, limits)
+            module, faults = read(source, limits)
         with stage("evaluate"):
             graph, more = evaluate(module, files, limits, time, settings)
     diagnostics = in_order([*faults, *more])

@@ -11,7 +11,10 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import NoReturn
 
+import numpy as np
+
 from dsl import ast
+from dsl.alike import Lines, lines_alike, without
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic
 from dsl.elsewhere import DEFINING, LOOP, NEVER, WORDS
@@ -32,6 +35,38 @@ def parse(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, 
     return parse_tokens(source, tokens, diagnostics, limits), diagnostics
 
 
+def read(source: Source, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Module, list[Diagnostic]]:
+    """What evaluation needs of the syntax tree: lines of one form are read once, see `ast.Alike`.
+
+    A source with any fault is read as `parse` reads it.
+    """
+    if alike := lines_alike(source.text):
+        short = Source(source.name, without(source.text, alike))
+        tokens, diagnostics = tokenize(short, limits)
+        if not diagnostics:
+            parser = _Parser(source, tokens, diagnostics, limits)
+            parser.alike = {int(lines.starts[0]): lines for lines in alike}
+            module = parser.module()
+            if not diagnostics and not parser.alike:
+                return module, diagnostics
+    return parse(source, limits)
+
+
+def one_by_one(alike: ast.Alike, limits: Limits = DEFAULT_LIMITS) -> tuple[ast.Statement, ...]:
+    """The statements of one form as `parse` reads them."""
+    source, lines = alike.span.source, alike.lines
+    tokens, diagnostics = tokenize(Source(source.name, "\n".join(lines.texts)), limits)
+    place = line = 0
+    for start, text in zip(lines.starts.tolist(), lines.texts, strict=True):
+        end = line + len(text)
+        while place < len(tokens) and tokens.starts[place] <= end:
+            tokens.starts[place] += start - line
+            tokens.ends[place] += start - line
+            place += 1
+        line = end + 1
+    return parse_tokens(source, tokens, diagnostics, limits).body.statements
+
+
 def parse_tokens(
     source: Source, tokens: Tokens, diagnostics: list[Diagnostic], limits: Limits
 ) -> ast.Module:
@@ -41,6 +76,7 @@ def parse_tokens(
 
 class _Parser(ExpressionParser):
     semicolon = False  # one has been reported
+    alike: dict[int, Lines] | None = None  # by where the first of them begins
 
     def module(self) -> ast.Module:
         statements: list[ast.Statement] = []
@@ -68,8 +104,29 @@ class _Parser(ExpressionParser):
                 return
             self.tainted = False
             nesting = self.nesting
-            into.append(self.whole_statement())
+            if self.alike and self.starts[self.position] in self.alike:
+                into.append(self.of_one_form(self.alike))
+            else:
+                into.append(self.whole_statement())
             self.nesting = nesting
+
+    def of_one_form(self, alike: dict[int, Lines]) -> ast.Statement:
+        """A line for which others are left out: all of them, unless it is no statement."""
+        place = self.position
+        start = self.starts[place]
+        lines = alike[start]
+        for value in lines.values():
+            while self.kinds[place] not in ("number", "angle"):
+                place += 1
+            if not np.isfinite(value).all():
+                return self.whole_statement()
+            self.values[place] = value
+            place += 1
+        statement = self.whole_statement()
+        if isinstance(statement, ast.Chain) and statement.span.end == lines.end:
+            del alike[start]
+            return ast.Alike(statement.span, statement, lines)
+        return statement
 
     def whole_statement(self) -> ast.Statement:
         """A statement, faulty or not, up to its end."""

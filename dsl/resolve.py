@@ -8,6 +8,7 @@ defines a name once.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import islice
 
 from dsl import ast
 from dsl.codes import diagnostic
@@ -33,13 +34,15 @@ class Resolution:
 
     A name that nothing defines is not among `uses`. `definitions` has a key for every
     `ast.Definition`, `ast.Parameter` and `ast.LoopVariable`. `advice` is on names that are not used
-    or hide others; those of a file that others use are meant for them.
+    or hide others; those of a file that others use are meant for them. `alike` are the names in
+    statements of one form.
     """
 
     uses: dict[ast.Name, Binding] = field(default_factory=dict)
     definitions: dict[object, Binding] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     advice: list[Diagnostic] = field(default_factory=list)
+    alike: dict[ast.Alike, dict[str, Binding]] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -220,6 +223,11 @@ class _Resolver:
                                 self.expression(argument.value, frame)
                     elif isinstance(suffix, ast.Index):
                         self.expression(suffix.index, frame)
+            case ast.Alike():
+                known = len(self.result.uses)
+                self.expression(node.first, frame)
+                new = islice(reversed(self.result.uses.items()), len(self.result.uses) - known)
+                self.result.alike[node] = {use.name: binding for use, binding in new}
             case ast.Block():
                 self.block(node, frame)
             case ast.VectorLiteral(components=parts) | ast.ListLiteral(items=parts):

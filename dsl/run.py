@@ -60,6 +60,8 @@ class Run:
         self.sources: dict[str, str] = {}
         self.uses: dict[ast.Name, Binding] = {}
         self.definitions: dict[object, Binding] = {}
+        self.alike: dict[ast.Alike, dict[str, Binding]] = {}  # the names in statements of one form
+        self.single: dict[ast.Alike, tuple[ast.Statement, ...]] = {}  # those read one by one
         self.loaded: dict[str, File | Poison | None] = {}  # by path; None while being read
         self.context: list[Context] = []  # the calls and loops being evaluated, outermost first
         self.depth = 0

@@ -45,6 +45,21 @@ def unit_of(kind: ShapeKind, parameters: Sequence[Any]) -> Unit | None:
     return None
 
 
+def scaled(kind: ShapeKind, unit: Sequence[float], scale: Sequence[float]) -> tuple[float, ...]:
+    """The parameters of the shape that is a unit, scaled."""
+    return tuple([a * scale[axis] for a, axis in zip(unit, _AXES[kind], strict=True)])
+
+
+_AXES = {
+    ShapeKind.SPHERE: (0,),
+    ShapeKind.DISC: (0,),
+    ShapeKind.BOX: (0, 1, 2, 0, 1, 2, 0),
+    ShapeKind.CYLINDER: (0, 1, 1, 0),
+    ShapeKind.CONE: (0, 1, 0),
+}
+"""The axis along which each parameter of a shape with a unit lies."""
+
+
 def _same(a: Any, b: Any) -> bool:
     return bool(np.all(a == b))
 

@@ -40,7 +40,8 @@ def color_of_bytes(call: ast.Chain) -> Diagnostic | None:
     first = call.suffixes[0]
     if not isinstance(first, ast.Call):
         return None
-    values = [a.value.value for a in first.arguments if isinstance(a.value, ast.Number)]
+    numbers = (a.value.value for a in first.arguments if isinstance(a.value, ast.Number))
+    values = [number for number in numbers if type(number) is float]  # and not of lines alike
     if len(values) != 3 or not all(value <= 255.0 and value.is_integer() for value in values):
         return None
     if max(values) < _FEWEST:

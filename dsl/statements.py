@@ -7,9 +7,10 @@ name that the statement begins with, and the index of the loop in whose body it 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import product
+from heapq import heappop, heappush
+from itertools import count, product
 from pathlib import PurePath
 from types import GeneratorType
 from typing import Any
@@ -17,14 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dsl import ast, batches, lanes, scene
+from dsl import ast, batches, emission, lanes, scene
 from dsl.builtins import BUILTINS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import FileFault
 from dsl.lanes import Sequential
 from dsl.observation import stage
 from dsl.parameters import settled
-from dsl.parser import parse
+from dsl.parser import one_by_one, parse, read
 from dsl.resolve import resolve
 from dsl.run import Run, Steps, Task
 from dsl.spans import Source, Span
@@ -52,6 +53,10 @@ def module(run: Run, module: ast.Module, scope: Scope) -> Task:
     run.sources[module.source.name] = module.source.text
     names = {**BUILTINS, "time": Binding("time", value=run.time)}
     resolution = resolve(module, names, run.limits.diagnostics)
+    if resolution.alike and resolution.diagnostics:  # there may be more of them
+        module, _ = parse(module.source, run.limits)
+        resolution = resolve(module, names, run.limits.diagnostics)
+    run.alike.update(resolution.alike)
     run.uses.update(resolution.uses)
     run.definitions.update(resolution.definitions)
     run.report(*resolution.diagnostics)
@@ -162,14 +167,18 @@ def _at_once(
 def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
     """Evaluate a block's statements in its scope: the value of each expression statement."""
     expressions = 0
+    alike = False
     for statement in block.statements:
         if isinstance(statement, ast.Function):
             scope.values[run.definitions[statement]] = Closure(statement, scope)
         elif not isinstance(statement, ast.Definition):
             expressions += 1
-    grouped = expressions > 1 or scope.index is not None
+            alike |= isinstance(statement, ast.Alike)
+    grouped = expressions > 1 or scope.index is not None or alike
     emitted: list[Value] = []
-    for statement in block.statements:
+    places: list[int] = []  # where the statements that emitted them begin, if some are alike
+    due = _Due(block.statements if alike else ())
+    for statement in due if alike else block.statements:
         value: Value = POISON
         try:
             match statement:
@@ -181,6 +190,13 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
                     value = yield from _use(run, statement)
                 case ast.Param():
                     value = yield from _param(run, statement, scope)
+                case ast.Alike():
+                    try:
+                        emitted += _of_one_form(run, statement, scope)
+                        places += statement.lines.starts.tolist()
+                    except Sequential:
+                        due.add(_singly(run, statement))
+                    continue
                 case _:
                     inside = scope if type(statement) in _EMITTING else scope.inside()
                     begun = run.begin(statement, inside)
@@ -192,7 +208,55 @@ def _statements(run: Run, block: ast.Block, scope: Scope) -> Steps[list[Value]]:
             scope.values[run.definitions[statement]] = value
         else:
             emitted.append(value)
+            if alike:
+                places.append(statement.span.start)
+    if alike:
+        emitted = [emitted[number] for number in sorted(range(len(places)), key=places.__getitem__)]
     return emitted
+
+
+class _Due:
+    """Statements that are to be evaluated in the order of their places."""
+
+    def __init__(self, statements: Iterable[ast.Statement]) -> None:
+        self._heap: list[tuple[int, int, ast.Statement]] = []
+        self._count = count()
+        self.add(statements)
+
+    def add(self, statements: Iterable[ast.Statement]) -> None:
+        for each in statements:
+            heappush(self._heap, (each.span.start, next(self._count), each))
+
+    def __iter__(self) -> Iterator[ast.Statement]:
+        while self._heap:
+            yield heappop(self._heap)[-1]
+
+
+def _of_one_form(run: Run, alike: ast.Alike, scope: Scope) -> list[scene.Node]:
+    """What statements of one form emit, from one evaluation of the first; or Sequential."""
+    if run.lanes is not None or alike in run.single:
+        raise Sequential
+
+    def value() -> Task:
+        try:
+            return (yield alike.first, scope.inside())
+        except (Fault, Poisoned):
+            raise Sequential from None
+
+    found = run.at_once(value(), lanes.Lanes(np.arange(len(alike.lines.texts))))
+    origin = scene.Origin(alike.span, _label(run, alike.first, scope), scope.index)
+    nodes = emission.each(found, origin, alike.lines)
+    run.made(nodes[0], alike.span, len(nodes))
+    return nodes
+
+
+def _singly(run: Run, alike: ast.Alike) -> tuple[ast.Statement, ...]:
+    """The statements of one form, which cannot be evaluated at once."""
+    if alike not in run.single:
+        statements = run.single[alike] = one_by_one(alike, run.limits)
+        tree = ast.Module(alike.span.source, ast.Block(alike.span, statements))
+        run.uses.update(resolve(tree, run.alike[alike], run.limits.diagnostics).uses)
+    return run.single[alike]
 
 
 def _param(run: Run, statement: ast.Param, scope: Scope) -> Task:
@@ -235,7 +299,7 @@ def _use(run: Run, statement: ast.Use) -> Task:
     except FileFault as fault:
         raise Fault(fault.code, fault.message, span, help=fault.help) from None
     with stage("parse"):
-        tree, diagnostics = parse(Source(str(PurePath(start) / path), text), run.limits)
+        tree, diagnostics = read(Source(str(PurePath(start) / path), text), run.limits)
     run.report(*diagnostics)
     run.loaded[resolved] = None if tree.complete else POISON
     if not tree.complete:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cached_property
 from typing import NoReturn, TypeVar
 
 from dsl.angles import UNITS
@@ -45,11 +46,15 @@ class TokenReader:
         self.diagnostics = diagnostics
         self.limits = limits
         self.position = 0
-        self.encoded = source.encoded()
         self.nesting = 0
         self.tainted = False  # a fault in this statement has been reported
         self.unclosed = False  # so has a block that reaches the end of the file
         self.refused: set[str] = set()  # words that were to be names
+
+    @cached_property
+    def encoded(self) -> bytes:
+        """The bytes that offsets count."""
+        return self.source.encoded()
 
     @property
     def kind(self) -> str:

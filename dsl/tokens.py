@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import overload
 
 from dsl.records import node
+from dsl.scene import FloatArray
 
 KEYWORDS = frozenset(
     (
@@ -28,7 +29,7 @@ KEYWORDS = frozenset(
 RESERVED = frozenset(("time",))
 """Words that programs cannot define: `time` is a number that every scene has."""
 
-TokenValue = float | str | tuple[float, float, float] | None
+TokenValue = float | str | tuple[float, float, float] | FloatArray | None
 
 
 @node
@@ -39,7 +40,8 @@ class Token:
     "color", "name", "reserved", "newline", "end", "fault" for what the lexer has reported, or
     "foreign" for characters that begin no word, which the parser reports.
     `start` and `end` are UTF-8 byte offsets. `value`: a number's value, an angle's degrees, a
-    string's, name's or foreign text, a colour's linear components, and for
+    string's, name's or foreign text, a colour's linear components, of several lines at once (see
+    `dsl.alike`) an array of numbers, and for
     a symbol or keyword that was written as in another language, which the lexer has reported, that.
     """
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from random import Random
 
 from benchmarks.fuzz import targets
-from benchmarks.fuzz.author import program
+from benchmarks.fuzz.author import program, program_of_lines
 from benchmarks.fuzz.mutations import damaged_bytes, damaged_text
 from compiler.compilation import compile_text
 from compiler.ir_binary import write_ir
@@ -71,9 +71,15 @@ class Fuzzer:
         """An input for a target that takes a text."""
         if name == "ways":
             return program(self.random)
+        if name == "lines_alike" and self.random.random() < 0.5:
+            return program_of_lines(self.random)
         if name == "ir_text":
             return damaged_text(self.random, self.irs)
-        grown = (program(self.random), text_of(self.random.randrange(2**64)))
+        grown = (
+            program(self.random),
+            program_of_lines(self.random),
+            text_of(self.random.randrange(2**64)),
+        )
         if self.random.random() < (0.5 if name == "formatter" else 0.2):
             return self.random.choice(grown)
         return damaged_text(self.random, [*grown, *self.random.sample(self.sources, 8)])

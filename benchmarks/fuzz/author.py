@@ -1,9 +1,15 @@
-"""Programs that mean something, grown at random: loops over every kind of expression."""
+"""Programs that mean something, grown at random.
+
+Loops over every kind of expression, and lines that differ in their numbers.
+"""
 
 from __future__ import annotations
 
 import re
 from random import Random
+
+_DIFFERS = re.compile("#")
+"""A number of a form."""
 
 NAMES = {
     "size": "param size = 2 in 1..3",
@@ -39,6 +45,11 @@ def program(random: Random) -> str:
     return _Author(random).program()
 
 
+def program_of_lines(random: Random) -> str:
+    """A program of lines of a few forms, in any order, for `dsl.alike`."""
+    return _Author(random).lines()
+
+
 class _Author:
     def __init__(self, random: Random) -> None:
         self.random = random
@@ -53,6 +64,34 @@ class _Author:
         body = "\n".join(self.statement(2) for _ in range(self.random.randrange(1, 3)))
         loop = f"for {ranges} {{\n{body}\n}}\n"
         return _with_names(loop if "j in" in ranges else f"let j = 3\n{loop}")
+
+    def lines(self) -> str:
+        forms = [self.form() for _ in range(self.random.randrange(1, 4))]
+        lines = [form for form in forms for _ in range(self.random.randrange(1, 7))]
+        if self.random.random() < 0.5:
+            self.random.shuffle(lines)
+        lines = [_DIFFERS.sub(lambda _: self.literal(), line) for line in lines]
+        if self.random.random() < 0.2:
+            lines.insert(self.random.randrange(len(lines)), self.statement(1))
+        between = self.one("\n", "\n", "\r\n", "\n\n  ", "\n// a comment\n\t", " // é\n")
+        body = between.join(lines)
+        around = self.one("{}", "{}", "{}", "{{\n{}\n}}", "for a in 0..2 {{\n{}\n}}",
+                          "fn all() {{\n{}\n}}\nall()\nall().translate(0, i, 2)")  # fmt: skip
+        definitions = "let i = 2\nlet j = 3\n"
+        return definitions + _with_names(around.format(body)) + self.one("", "\n")
+
+    def form(self) -> str:
+        """An object, some of whose numbers differ from line to line."""
+        text = self.object(self.one(*"0011") == "1")
+        part = self.one(*"357")
+        return re.sub(
+            r"(?<![\w.[])(?<!bevel: )(\d+(\.\d+)?|[ij])\b",
+            lambda number: "#" if self.random.randrange(10) < int(part) else number[0],
+            text,
+        )
+
+    def literal(self) -> str:
+        return self.one("0", "1", "2", "3", "0.5", "2.25", "12", "1e1", "0.125", "40", "7")
 
     def one(self, *options: str) -> str:
         return self.random.choice(options)

@@ -15,7 +15,7 @@ from compiler.ir_binary import read_ir, write_ir
 from compiler.ir_parse import parse_ir
 from compiler.ir_text import print_ir
 from compiler.provenance import object_path, source_place
-from dsl import ast, lanes, sizes
+from dsl import alike, ast, lanes, sizes
 from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import CompileError, Diagnostic
@@ -109,6 +109,17 @@ def ways(*texts: str) -> None:
         assert source_place(ir, leaf, graph.sources) == source_place(expected, leaf, judge.sources)
 
 
+def lines_alike(text: str) -> None:
+    """Lines of one form read and evaluated at once are the same scene as one by one."""
+    judge, faults = _compiled_lines(text, 10**9)
+    ir, found = _compiled_lines(text, 2)
+    assert found == faults
+    assert (ir is None) is (judge is None)
+    if ir is not None and judge is not None:
+        for column in COLUMNS:
+            assert getattr(ir, column).tobytes() == getattr(judge, column).tobytes(), column
+
+
 def ir_text(text: str) -> None:
     """A text of the IR is refused, or printed back as what reads as the same."""
     try:
@@ -154,6 +165,20 @@ def _compiled(
     return whole, ir, found + more
 
 
+def _compiled_lines(text: str, fewest: int) -> tuple[SceneIR | None, list[Diagnostic]]:
+    """The scene of a program whose lines of so many of one form are evaluated at once."""
+    before = alike.FEWEST, sizes.MOST
+    alike.FEWEST, sizes.MOST = fewest, 2
+    try:
+        graph, found = evaluate_source(Source("scene.ovo", text), NoFiles())
+        if graph is None:
+            return None, found
+        ir, more, _ = flatten(graph, _no_file)
+        return ir, [*found, *graph.advice, *more]
+    finally:
+        alike.FEWEST, sizes.MOST = before
+
+
 @contextmanager
 def _lanes_from(fewest: int) -> Iterator[None]:
     before = lanes.FEWEST, sizes.MOST
@@ -185,6 +210,7 @@ TEXT_TARGETS: dict[str, TextTarget] = {
     "program": program,
     "formatter": formatter,
     "ways": ways,
+    "lines_alike": lines_alike,
     "ir_text": ir_text,
 }
 """The targets that take a text."""
