@@ -17,7 +17,8 @@ class Summary:
 
     `leaves` are the instances with every group expanded, `instances` the rows of the table;
     `bounds` is the world-space box of all bounded leaves as ((x, y, z), (x, y, z)), None where
-    there are none; `instance_bytes` is all memory but that of prototypes, per row.
+    there are none; `skies` are their textures; `instance_bytes` is all memory but that of
+    prototypes, per row.
     """
 
     leaves: int
@@ -28,6 +29,7 @@ class Summary:
     mesh_triangles: int
     materials: int
     lights: dict[str, int]
+    skies: tuple[str, ...]
     cameras: int
     bytes: int
     instance_bytes: float
@@ -58,6 +60,7 @@ def summarize(scene: SceneIR) -> Summary:
         mesh_triangles=len(scene.mesh_triangles),
         materials=len(scene.materials),
         lights=_tally(scene.lights["kind"], LIGHTS),
+        skies=tuple(filter(None, map(scene.sky_texture, range(len(scene.lights))))),
         cameras=len(scene.cameras),
         bytes=scene.nbytes,
         instance_bytes=(scene.nbytes - prototype_bytes) / rows if rows else 0.0,

@@ -182,6 +182,7 @@ class CompileAnswer(BaseModel):
     mesh_triangles: int
     materials: int
     lights: dict[str, int]
+    skies: list[str]
     cameras: int
     bytes: int
     instance_bytes: float = Field(description="All memory but that of prototypes, per row.")

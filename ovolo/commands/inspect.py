@@ -91,6 +91,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "meshes", f"{triangles:,} triangles, {points:,} points"
     yield "materials", f"{figures['materials']:,}"
     yield "lights", _tally(figures["lights"])
+    if figures["skies"]:
+        yield "skies", ", ".join(figures["skies"])
     yield "cameras", f"{figures['cameras']:,}"
     if figures["params"]:
         yield (

@@ -80,12 +80,14 @@ def test_nothing_bounded_has_no_bounds() -> None:
 
 def test_the_summary_counts() -> None:
     items = (ball(), placed(ball(), step("translate", 1, 0, 0)), ball(2.0))
-    appearance = (Sun((1, 0, 0), (1, 1, 1)), Sky((1, 1, 1)), Camera("perspective", 1))
+    skies = (Sky((1, 1, 1)), Sky((1, 1, 1), None, "a.exr"))
+    appearance = (Sun((1, 0, 0), (1, 1, 1)), *skies, Camera("perspective", 1))
     summary = summarize(flat(Group((*items, Mesh(np.eye(3), np.array([[0, 1, 2]])), *appearance))))
     assert (summary.leaves, summary.instances) == (4, 4)
     assert summary.groups == 1
     assert summary.prototypes == {"sphere": 2, "mesh": 1}
-    assert summary.lights == {"sun": 1, "sky": 1}
+    assert summary.lights == {"sun": 1, "sky": 2}
+    assert summary.skies == ("a.exr",)
     assert (summary.mesh_points, summary.mesh_triangles, summary.cameras) == (3, 1, 1)
     assert summary.bounds == ((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0))
     assert summarize(flat(Group(()))).instance_bytes == 0

@@ -97,6 +97,39 @@ struct Chances {
     second: Option<(Lobe, f64)>,
 }
 
+impl Chances {
+    #[inline]
+    fn draw(&self, normal: Vec3, view: Vec3, [u, v]: [f64; 2]) -> Vec3 {
+        if u < self.diffuse {
+            return diffuse_direction(normal, [u / self.diffuse, v]);
+        }
+        let (lobe, u) = match self.second {
+            Some((coat, chance)) if u >= 1.0 - chance => (coat, (u - (1.0 - chance)) / chance),
+            _ => {
+                let (lobe, chance) = self.first;
+                (lobe, ((u - self.diffuse) / chance).min(1.0))
+            }
+        };
+        let basis = Basis::new(normal);
+        basis.world(lobe.draw(basis.local(view), [u, v]))
+    }
+
+    /// The density with which directions of these angles are drawn; `facing` is the cosine.
+    #[inline]
+    fn density(&self, facing: f64, angles: &Angles) -> f64 {
+        let (first, chance) = self.first;
+        let of_second = |(coat, chance): (Lobe, f64)| chance * coat.density(angles);
+        self.diffuse * facing / PI
+            + chance * first.density(angles)
+            + self.second.map_or(0.0, of_second)
+    }
+}
+
+#[inline]
+fn diffuse_direction(normal: Vec3, sample: [f64; 2]) -> Vec3 {
+    Basis::new(normal).world(cosine_hemisphere(sample))
+}
+
 /// Narrower lobes are widened to this: their highlights would fall between the samples.
 const SMALLEST_ALPHA: f64 = 1e-3;
 
@@ -169,55 +202,49 @@ impl Material {
     /// heuristic of Veach, 1997, § 9.2.4), so that no weight is large.
     #[inline]
     pub fn draw(&self, normal: Vec3, view: Vec3, sample: [f64; 2]) -> Option<(Vec3, Vec3)> {
-        let direction = self.draw_direction(normal, view, sample)?;
         if self.is_matte() {
-            return Some((direction, self.albedo));
+            return Some((diffuse_direction(normal, sample), self.albedo));
         }
-        let (reflectance, density) = self.reflect(normal, view, direction)?;
+        let chances = self.chances(normal, view)?;
+        let direction = chances.draw(normal, view, sample);
+        let (reflectance, density) = self.reflect_lobes(&chances, normal, view, direction)?;
         Some((direction, reflectance * (1.0 / density)))
     }
 
     /// The direction of [`Material::draw`]; None where all lobes are black.
     #[inline]
-    pub fn draw_direction(&self, normal: Vec3, view: Vec3, [u, v]: [f64; 2]) -> Option<Vec3> {
-        let basis = Basis::new(normal);
+    pub fn draw_direction(&self, normal: Vec3, view: Vec3, sample: [f64; 2]) -> Option<Vec3> {
         if self.is_matte() {
-            return Some(basis.world(cosine_hemisphere([u, v])));
+            return Some(diffuse_direction(normal, sample));
         }
-        let chances = self.chances(normal, view)?;
-        if u < chances.diffuse {
-            return Some(basis.world(cosine_hemisphere([u / chances.diffuse, v])));
-        }
-        let (lobe, u) = match chances.second {
-            Some((coat, chance)) if u >= 1.0 - chance => (coat, (u - (1.0 - chance)) / chance),
-            _ => {
-                let (lobe, chance) = chances.first;
-                (lobe, ((u - chances.diffuse) / chance).min(1.0))
-            }
-        };
-        Some(basis.world(lobe.draw(basis.local(view), [u, v])))
+        Some(self.chances(normal, view)?.draw(normal, view, sample))
     }
 
     /// Reflectance times cosine of light from a direction, and the density with which
     /// [`Material::draw_direction`] gives it. None below the surface.
     #[inline]
     pub fn reflect(&self, normal: Vec3, view: Vec3, direction: Vec3) -> Option<(Vec3, f64)> {
+        if self.is_matte() {
+            let cosine = normal.dot(direction) * (1.0 / PI);
+            return (cosine > 0.0).then(|| (self.albedo * cosine, cosine));
+        }
+        self.reflect_lobes(&self.chances(normal, view)?, normal, view, direction)
+    }
+
+    #[inline]
+    fn reflect_lobes(
+        &self,
+        chances: &Chances,
+        normal: Vec3,
+        view: Vec3,
+        direction: Vec3,
+    ) -> Option<(Vec3, f64)> {
         let facing = normal.dot(direction);
         if facing <= 0.0 {
             return None;
         }
-        if self.is_matte() {
-            let cosine = facing / PI;
-            return Some((self.albedo * cosine, cosine));
-        }
-        let chances = self.chances(normal, view)?;
         let angles = Angles::new(normal, view, direction);
-        let (first, chance) = chances.first;
-        let density = chances.diffuse * facing / PI
-            + chance * first.density(&angles)
-            + chances
-                .second
-                .map_or(0.0, |(coat, chance)| chance * coat.density(&angles));
+        let density = chances.density(facing, &angles);
         Some((self.reflectance(facing, &angles, 0.0), density))
     }
 
