@@ -32,6 +32,7 @@ from dsl.scene import (
 )
 from runtime.reference.intersect import Meeting, Rays, intersect
 from runtime.reference.number import Array, Number, NumberName, finite
+from runtime.reference.placement import Placement
 from runtime.reference.transform import Affine, affine_maps
 
 
@@ -80,7 +81,7 @@ class Bound:
         return self if self.override else Bound(bind.material, bind.override)
 
 
-Recursion = Generator[tuple[Node, Rays, Bound], Hits, Hits]
+Recursion = Generator[tuple[Node, Rays, Bound, Placement], Hits, Hits]
 
 
 @dataclass(slots=True)
@@ -113,8 +114,8 @@ class ReferenceTracer:
     decimal digits. Meant to be compared with: time grows with rays × leaves × depth.
 
     After a trace `materials` lists the materials that `material` indexes, in order of first use.
-    An instance whose transform has no inverse has no hits and no leaf numbers, nor has a mesh
-    without triangles.
+    An instance whose transform has no inverse has no hits and no leaf numbers, nor has what is out
+    of range or a mesh without triangles.
     """
 
     def __init__(
@@ -191,7 +192,8 @@ class ReferenceTracer:
 
     def _run(self, root: Node, rays: Rays, numbering: Numbering) -> Hits:
         """`meet` with its recursive calls."""
-        callers = [self._meet(root, rays, Bound(), numbering)]
+        world = Placement.of_the_world(self._number)
+        callers = [self._meet(root, rays, Bound(), world, numbering)]
         answer: Hits | None = None
         while True:
             try:
@@ -205,22 +207,26 @@ class ReferenceTracer:
                 callers.append(self._meet(*call, numbering))
                 answer = None
 
-    def _meet(self, node: Node, rays: Rays, bound: Bound, numbering: Numbering) -> Recursion:
+    def _meet(
+        self, node: Node, rays: Rays, bound: Bound, placed: Placement, numbering: Numbering
+    ) -> Recursion:
         """The closest hits of the rays with a node, all in the space that the node is in."""
         number = self._number
         match node:
             case Mesh() if not len(node.triangles):
                 return missed(rays.t_min.size, number)
+            case Shape() | Mesh() if not placed.holds(node):
+                return missed(rays.t_min.size, number)
             case Shape() | Mesh():
                 return leaf_hits(intersect(node, rays, number), *numbering.of(node, bound.material))
             case Bind():
-                return (yield node.child, rays, bound & node)
+                return (yield node.child, rays, bound & node, placed)
             case File():
-                return (yield self._open(node), rays, bound)
+                return (yield self._open(node), rays, bound, placed)
             case Group():
                 hits = missed(rays.t_min.size, number)
                 for item in node.items if node.order is None else ordered_edges(node, node.order):
-                    hits = hits.nearer((yield item, rays, bound))
+                    hits = hits.nearer((yield item, rays, bound, placed))
                 return hits
             case Instances():
                 hits = missed(rays.t_min.size, number)
@@ -229,7 +235,8 @@ class ReferenceTracer:
                     maps = affine_maps(node.transform, index, number)
                     if maps is None:
                         continue
-                    inside = yield node.child, object_rays(maps, rays), bound
+                    inner = object_rays(maps, rays)
+                    inside = yield node.child, inner, bound, placed.below(maps)
                     hits = hits.nearer(world_hits(maps, inside))
                 return hits
         return missed(rays.t_min.size, number)

@@ -15,6 +15,7 @@ from compiler.compilation import compile_text
 from dsl.diagnostics import Diagnostic
 from dsl.scene import Precision
 from dsl.spans import Span
+from runtime.reference import ReferenceTracer
 
 PRECISIONS: tuple[Precision, ...] = get_args(Precision)
 
@@ -122,3 +123,57 @@ sphere()
 def test_what_has_no_inverse_and_what_is_out_of_range_is_counted_apart() -> None:
     pruned = compile_text("sphere().scale(1e101)\nbox().scale(1, 0, 1)\nbox()").pruned
     assert (pruned.singular_instances, pruned.out_of_range_instances) == (1, 1)
+
+
+def left_out_by_the_interpreter(text: str) -> bool:
+    """Whether the reference interpreter has nothing of a program's only object."""
+    scene = compile_text(text)
+    interpreter = ReferenceTracer(scene.graph, number="mpmath")
+    interpreter.trace(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.full(1, np.inf))
+    return not interpreter.materials
+
+
+POWERS = st.integers(-120, 120).map(lambda power: f"3e{power}")
+
+
+@given(
+    st.sampled_from(["sphere(#)", "box(size: (1, #, 2))", "torus(#, 2e-100)", "plane()", "both"]),
+    st.lists(
+        st.sampled_from(
+            (
+                *(".scale(#)", ".scale(1, #, -1)", ".translate(1, #, 0)", ".shear(xy: #)"),
+                *(
+                    ".rotate_x(30deg)",
+                    ".transform(scale(#, 2, 1).inverse())",
+                    ".reflect((1, 0, 2))",
+                ),
+                ".matrix(1, 2, 0, #, 0, 1, 0, 0, 0, 0, #, 0)",
+            )
+        ),
+        max_size=4,
+    ),
+    st.data(),
+)
+@settings(max_examples=60, deadline=None)
+def test_the_interpreter_leaves_out_the_same(
+    shape: str, maps: list[str], data: st.DataObject
+) -> None:
+    words = "".join((shape, *maps)).split("#")
+    text = words[0] + "".join(data.draw(POWERS) + word for word in words[1:])
+    text = "let both = box().translate(1e20, 0, 0)\n" * ("both" in text) + text
+    try:
+        leaves = len(compile_text(text).ir.instance_target)
+    except ovolo.CompileError:
+        return  # the shape itself is too large or too small
+    assert left_out_by_the_interpreter(text) is (leaves == 0)
+
+
+def test_the_interpreter_leaves_out_the_same_of_a_batch() -> None:
+    """Of boxes in one another the outermost that is left is hit."""
+    scene = compile_text("for i in 0..200 { box().scale(pow(10, i)) }")
+    last = len(scene.ir.instance_target) - 1
+    assert 95 < last < 101
+    rays = np.array([[0.0, 0.0, 1e101]]), np.array([[0.0, 0.0, -1.0]])
+    always = np.zeros(1), np.full(1, np.inf)
+    _, _, _, instance, _, _ = ReferenceTracer(scene.graph).trace(*rays, *always)
+    assert instance[0] == last
