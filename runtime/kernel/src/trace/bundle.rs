@@ -3,9 +3,8 @@
 use super::entries::{Entries, Entry, insert};
 use super::frustum::{Frustum, greatest, least};
 use super::precision::{Halves, PacketMask};
-use super::single::TreeRay;
-use crate::bvh::{Child, Node, NodeRay, WIDTH};
-use crate::instance::LevelRays;
+use super::tree_rays::TreeRays;
+use crate::bvh::{Child, Node, WIDTH};
 use crate::lanes::{Isa, Lanes, Mask, axes, take_bit};
 use crate::scene::InstanceBlock;
 
@@ -35,82 +34,27 @@ pub fn large_children<I: Isa>(node: &Node) -> u32 {
     })
 }
 
-/// The rays in the tree's space.
+/// The rays, and what bounds them.
 #[derive(Clone)]
 pub struct Bundle<I: Isa> {
-    node_ray: NodeRay<I::F32>,
+    pub rays: TreeRays<I>,
     frustum: Frustum,
-    /// The tree's parameter of world t is (t − start)·per_rate.
-    start: Halves<I::F64>,
-    per_rate: Halves<I::F64>,
-    after: I::F32,
-    before: I::F32,
 }
 
 impl<I: Isa> Bundle<I> {
-    /// Rays whose world t is start + τ/per_rate, looked for hits in the world's interval.
+    /// Of the rays in `active`.
     #[inline(always)]
-    pub fn new(
-        origin: [I::F32; 3],
-        direction: [I::F32; 3],
-        start: Halves<I::F64>,
-        per_rate: Halves<I::F64>,
-        interval: [&Halves<I::F64>; 2],
-        active: PacketMask<I>,
-    ) -> Bundle<I> {
-        let node_ray = NodeRay::new(origin, direction);
-        let after = to_tree::<I>(&start, &per_rate, interval[0]);
-        let before = to_tree::<I>(&start, &per_rate, interval[1]);
-        let inverse = node_ray.inverse();
-        Bundle {
-            node_ray,
-            frustum: Frustum::new::<I>(origin, inverse, [after, before], active),
-            start,
-            per_rate,
-            after,
-            before,
-        }
-    }
-
-    /// Of rays that enter a mesh, whose space is theirs; and their rounded origins and directions.
-    #[inline(always)]
-    pub fn of_mesh(
-        rays: &Halves<LevelRays<I::F64>>,
-        [origin, direction]: [[I::F32; 3]; 2],
-        interval: [&Halves<I::F64>; 2],
-        active: PacketMask<I>,
-    ) -> Bundle<I> {
-        Bundle::new(
-            origin,
-            direction,
-            [rays[0].parameter.start, rays[1].parameter.start],
-            [rays[0].parameter.per_rate, rays[1].parameter.per_rate],
-            interval,
-            active,
-        )
-    }
-
-    /// One of the rays, given by origins and directions in the tree's space.
-    #[inline(always)]
-    pub fn tree_ray(&self, lane: usize, [origin, direction]: [[I::F32; 3]; 2]) -> TreeRay {
-        let half = lane / I::F64::WIDTH;
-        let place = lane % I::F64::WIDTH;
-        TreeRay {
-            origin: axes!(|i| origin[i].get(lane)),
-            direction: axes!(|i| direction[i].get(lane)),
-            node_ray: self.node_ray.get(lane),
-            start: self.start[half].get(place),
-            per_rate: self.per_rate[half].get(place),
-            after: self.after.get(lane),
-            before: self.before.get(lane),
-        }
+    pub fn new(rays: TreeRays<I>, active: PacketMask<I>) -> Bundle<I> {
+        let interval = [rays.after, rays.before];
+        let frustum = Frustum::new::<I>(rays.origin, rays.node_ray.inverse(), interval, active);
+        Bundle { rays, frustum }
     }
 
     /// Draws in the far end of the rays to their nearest hits; `active` still count.
     #[inline(always)]
     pub fn restrict(&mut self, t_max: &Halves<I::F64>, active: PacketMask<I>) {
-        self.before = to_tree::<I>(&self.start, &self.per_rate, t_max);
-        self.frustum.latest = greatest(self.before, active);
+        self.rays.restrict(t_max);
+        self.frustum.latest = greatest(self.rays.before, active);
     }
 
     /// Pushes the children of a node that the packet as a whole meets, the nearest on top; with ANY,
@@ -192,22 +136,17 @@ impl<I: Isa> Bundle<I> {
     }
 
     /// Pushes the instances of a block that any of the rays in `active` may hit, the nearest on top.
-    /// The rays are given by origin and direction in the tree's space.
     #[inline(always)]
-    pub fn visit_block(
-        &self,
-        block: &InstanceBlock,
-        [origin, direction]: [[I::F32; 3]; 2],
-        active: PacketMask<I>,
-        stack: &mut Entries,
-    ) {
+    pub fn visit_block(&self, block: &InstanceBlock, active: PacketMask<I>, stack: &mut Entries) {
+        let rays = &self.rays;
         let room = stack.room();
         let mut count = 0;
         for i in 0..block.len as usize {
-            let Some((near, far)) = block.interval_of(i, origin, direction, active) else {
+            let interval = block.interval_of(i, rays.origin, rays.direction, active);
+            let Some((near, far)) = interval else {
                 continue;
             };
-            let met = near.le(far) & near.le(self.before) & self.after.le(far) & active;
+            let met = near.le(far) & near.le(rays.before) & rays.after.le(far) & active;
             if met.any() {
                 let entry = Entry {
                     near: least(near, met),
@@ -280,25 +219,13 @@ impl<I: Isa> Bundle<I> {
                 axes!(|axis| I::F32::splat(planes[axis][i])),
                 axes!(|axis| I::F32::splat(planes[axis + 3][i])),
             ];
-            let down = self.node_ray.descending();
+            let down = self.rays.node_ray.descending();
             (
                 axes!(|j| I::F32::select(down[j], upper[j], lower[j])),
                 axes!(|j| I::F32::select(down[j], lower[j], upper[j])),
             )
         };
-        self.node_ray.interval(entry, exit, self.after, self.before)
+        let rays = &self.rays;
+        rays.node_ray.interval(entry, exit, rays.after, rays.before)
     }
-}
-
-/// World t in a tree's parameter.
-#[inline(always)]
-fn to_tree<I: Isa>(
-    start: &Halves<I::F64>,
-    per_rate: &Halves<I::F64>,
-    t: &Halves<I::F64>,
-) -> I::F32 {
-    I::narrow(
-        (t[0] - start[0]) * per_rate[0],
-        (t[1] - start[1]) * per_rate[1],
-    )
 }

@@ -5,9 +5,9 @@
 //! A step, which is a node or a block of triangles, has no branch on what the boxes say; when
 //! the turn comes again, what was asked for has arrived.
 use super::Nearest;
-use super::bundle::Bundle;
 use super::precision::{Halves, Precision, block_ray, intersect_block, restrict_block_ray};
 use super::single::TreeRay;
+use super::tree_rays::TreeRays;
 use crate::bvh::{Child, Node, NodeRay, Row, WIDTH};
 use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, Mask, axes};
@@ -58,9 +58,7 @@ pub(super) struct MeshPacket<'s, I: Isa, F: Precision> {
     /// The number of the mesh's instance.
     pub leaf: i64,
     pub parameter: Halves<Parameter<I::F64>>,
-    /// Their origins and directions.
-    pub rounded: [[I::F32; 3]; 2],
-    pub bundle: Bundle<I>,
+    pub tree_rays: TreeRays<I>,
     /// Ready for triangles.
     pub prepared: F::PacketRays<I>,
 }
@@ -126,7 +124,7 @@ impl<'s, F: Precision> MeshRay<'s, F> {
             packet.mesh,
             packet.leaf,
             packet.parameter[lane / I::F64::WIDTH].get(lane % I::F64::WIDTH),
-            &packet.bundle.tree_ray(lane, packet.rounded),
+            &packet.tree_rays.get(lane),
             F::packet_get::<I>(&packet.prepared, lane),
         );
     }

@@ -22,6 +22,7 @@ mod stack;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod tree_rays;
 
 pub use precision::Precision;
 

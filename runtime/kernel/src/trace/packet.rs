@@ -5,11 +5,12 @@ use super::columns::RayColumns;
 use super::entries::{Entries, Entry};
 use super::level::Target;
 use super::parting::{Begin, Part, are_few, large_leaves};
-use super::precision::{Halves, PacketMask, Precision, rounded};
+use super::precision::{Halves, PacketMask, Precision};
 use super::singles::Singles;
+use super::tree_rays::TreeRays;
 use crate::bvh::Child;
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, axes, halves};
+use crate::lanes::{Isa, Lanes, Mask, halves};
 use crate::scene::{Geometry, Group, Mesh, Scene, TriangleBlock};
 
 /// The rays in the space of a group on their way down.
@@ -17,8 +18,6 @@ use crate::scene::{Geometry, Group, Mesh, Scene, TriangleBlock};
 pub(super) struct Level<'s, I: Isa> {
     pub rays: Halves<LevelRays<I::F64>>,
     pub bundle: Bundle<I>,
-    /// Origins and directions in the tree's space.
-    pub rounded: [[I::F32; 3]; 2],
     pub group: &'s Group,
     /// The number of the group's first leaf.
     pub first_leaf: i64,
@@ -139,9 +138,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                 let number = child.number() as usize;
                 if !child.is_item() {
                     let block = &level.group.blocks[number];
-                    level
-                        .bundle
-                        .visit_block(block, level.rounded, active, &mut self.stack);
+                    (level.bundle).visit_block(block, active, &mut self.stack);
                     continue;
                 }
                 if let Some(inner) = self.visit::<ANY>(&mut level, number, active) {
@@ -190,31 +187,11 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         first_leaf: i64,
         active: PacketMask<I>,
     ) -> Level<'s, I> {
-        let space = group.tree.space;
-        let [(low, low_slide), (high, high_slide)] =
-            [rays[0].in_space(&space), rays[1].in_space(&space)];
-        let scale = I::F64::splat(space.scale);
-        let unscale = I::F64::splat(1.0 / space.scale);
-        let origin = axes!(|i| I::narrow(low[i], high[i]));
-        let direction = axes!(|i| I::narrow(rays[0].direction[i], rays[1].direction[i]));
-        let bundle = Bundle::<I>::new(
-            origin,
-            direction,
-            [
-                rays[0].parameter.world(low_slide * unscale),
-                rays[1].parameter.world(high_slide * unscale),
-            ],
-            [
-                rays[0].parameter.per_rate * scale,
-                rays[1].parameter.per_rate * scale,
-            ],
-            [&self.t_min, &self.best.t],
-            active,
-        );
+        let interval = [&self.t_min, &self.best.t];
+        let tree_rays = TreeRays::in_group(&rays, &group.tree.space, interval);
         Level {
             rays,
-            bundle,
-            rounded: [origin, direction],
+            bundle: Bundle::new(tree_rays, active),
             group,
             first_leaf,
             active,
@@ -279,12 +256,8 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         if let [block] = &mesh.blocks[..] {
             return self.visit_triangles::<ANY>(rays, &prepared, block, leaf, active);
         }
-        let mut bundle = Bundle::<I>::of_mesh(
-            rays,
-            rounded::<I>(rays),
-            [&self.t_min, &self.best.t],
-            active,
-        );
+        let tree_rays = TreeRays::in_mesh(rays, [&self.t_min, &self.best.t]);
+        let mut bundle = Bundle::<I>::new(tree_rays, active);
         let stack_base = self.stack.len();
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);
         loop {

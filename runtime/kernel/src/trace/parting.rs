@@ -1,15 +1,16 @@
 //! Rays of a packet that part, to go on one at a time, and rays apart that begin as a packet.
 //!
 //! Both are tasks called out of line, so that packets that stay together have the registers.
-use super::bundle::{Bundle, large_children};
+use super::bundle::large_children;
 use super::columns::RayColumns;
 use super::entries::Entry;
 use super::level::Target;
 use super::mesh_ray::MeshPacket;
 use super::packet::{Level, Packet};
-use super::precision::{Halves, PacketMask, Precision, rounded};
+use super::precision::{Halves, PacketMask, Precision};
 use super::single;
 use super::singles::Singles;
+use super::tree_rays::TreeRays;
 use crate::bvh::{Child, WIDTH};
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, Task, halves, take_bit};
@@ -143,7 +144,7 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
             active,
         } = self;
         let mut left = active.bits();
-        if let Some(mesh) = packet.enter_mesh(level, child, active) {
+        if let Some(mesh) = packet.enter_mesh(level, child) {
             while let Some(lane) = take_bit(&mut left) {
                 let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
                 singles.start_in_mesh(lane, &mesh, t_min, best);
@@ -153,7 +154,7 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
                 let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
                 let start = single::Level {
                     ray: level.rays[half].get(place),
-                    tree_ray: level.bundle.tree_ray(lane, level.rounded),
+                    tree_ray: level.bundle.rays.get(lane),
                     group: level.group,
                     first_leaf: level.first_leaf,
                     stack_base: 0,
@@ -179,12 +180,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
 
     /// The rays in the space of a mesh, if the child of the level's tree is an instance of one.
     #[inline(always)]
-    fn enter_mesh(
-        &self,
-        level: &Level<'s, I>,
-        child: Child,
-        active: PacketMask<I>,
-    ) -> Option<MeshPacket<'s, I, F>> {
+    fn enter_mesh(&self, level: &Level<'s, I>, child: Child) -> Option<MeshPacket<'s, I, F>> {
         if !child.is_item() {
             return None;
         }
@@ -200,15 +196,12 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let entrance = self.scene.entrance(row, &target);
         let rays: Halves<LevelRays<I::F64>> =
             halves!(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
-        let rounded = rounded::<I>(&rays);
-        let interval = [&self.t_min, &self.best.t];
         Some(MeshPacket {
             mesh,
             leaf: level.first_leaf + level.group.leaves_before(offset),
-            bundle: Bundle::of_mesh(&rays, rounded, interval, active),
+            tree_rays: TreeRays::in_mesh(&rays, [&self.t_min, &self.best.t]),
             prepared: F::packet_rays::<I>(&rays, &self.t_min, &self.best.t),
             parameter: halves!(|h| rays[h].parameter),
-            rounded,
         })
     }
 }

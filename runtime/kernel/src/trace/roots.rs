@@ -8,6 +8,7 @@ use super::columns::RayColumns;
 use super::precision::Halves;
 use super::single::TreeRay;
 use super::stack::Stack;
+use super::tree_rays::TreeRays;
 use crate::bvh::{Node, NodeRay, WIDTH};
 use crate::instance::{LevelRays, Parameter};
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, axes};
@@ -49,78 +50,51 @@ impl Roots {
     /// Takes rays to the root of a scene.
     #[inline(always)]
     pub fn take<I: Isa>(&mut self, rays: &RayColumns<I>, root: &Group) {
-        let space = root.tree.space;
-        let scale = I::F64::splat(space.scale);
-        let [low, high] = &rays.level;
-        let [(low_origin, low_slide), (high_origin, high_slide)] =
-            [low.in_space(&space), high.in_space(&space)];
-        let start = [
-            low.parameter.world(low_slide / scale),
-            high.parameter.world(high_slide / scale),
-        ];
-        let per_rate = [
-            low.parameter.per_rate * scale,
-            high.parameter.per_rate * scale,
-        ];
-        let origin: [I::F32; 3] = axes!(|i| I::narrow(low_origin[i], high_origin[i]));
-        let direction: [I::F32; 3] = axes!(|i| I::narrow(low.direction[i], high.direction[i]));
-        let after = I::narrow(
-            (rays.t_min[0] - start[0]) * per_rate[0],
-            (rays.t_min[1] - start[1]) * per_rate[1],
-        );
-        let before = I::narrow(
-            (rays.t_max[0] - start[0]) * per_rate[0],
-            (rays.t_max[1] - start[1]) * per_rate[1],
-        );
+        let tree =
+            TreeRays::<I>::in_group(&rays.level, &root.tree.space, [&rays.t_min, &rays.t_max]);
         self.met = match root.tree.nodes.first() {
             Some(node) => {
                 let valid = rays.valid().bits();
-                self.test::<I>(node, &NodeRay::new(origin, direction), after, before)
-                    .map(|met| met & valid)
+                self.test::<I>(node, &tree).map(|met| met & valid)
             }
             None => [0; WIDTH],
         };
         keep::<I>(&mut self.t_min, rays.t_min);
         keep::<I>(&mut self.t_max, rays.t_max);
+        let [low, high] = &rays.level;
         for i in 0..3 {
             keep::<I>(&mut self.origin[i], [low.origin[i], high.origin[i]]);
             keep::<I>(
                 &mut self.direction[i],
                 [low.direction[i], high.direction[i]],
             );
-            origin[i].store(&mut self.tree_origin[i]);
-            direction[i].store(&mut self.tree_direction[i]);
+            tree.origin[i].store(&mut self.tree_origin[i]);
+            tree.direction[i].store(&mut self.tree_direction[i]);
         }
         keep::<I>(&mut self.rate, [low.parameter.rate, high.parameter.rate]);
         keep::<I>(
             &mut self.per_rate,
             [low.parameter.per_rate, high.parameter.per_rate],
         );
-        keep::<I>(&mut self.tree_start, start);
-        keep::<I>(&mut self.tree_per_rate, per_rate);
-        after.store(&mut self.after);
-        before.store(&mut self.before);
+        keep::<I>(&mut self.tree_start, tree.start);
+        keep::<I>(&mut self.tree_per_rate, tree.per_rate);
+        tree.after.store(&mut self.after);
+        tree.before.store(&mut self.before);
     }
 
     /// Which rays meet the boxes of a node, as bits; where they enter them is kept.
     #[inline(always)]
-    fn test<I: Isa>(
-        &mut self,
-        node: &Node,
-        rays: &NodeRay<I::F32>,
-        after: I::F32,
-        before: I::F32,
-    ) -> [u32; WIDTH] {
-        let down = rays.descending();
+    fn test<I: Isa>(&mut self, node: &Node, rays: &TreeRays<I>) -> [u32; WIDTH] {
+        let down = rays.node_ray.descending();
         let mut met = [0; WIDTH];
         for (child, (met, entry)) in met.iter_mut().zip(&mut self.near).enumerate() {
             let lower = axes!(|i| I::F32::splat(node.planes[i][child]));
             let upper = axes!(|i| I::F32::splat(node.planes[i + 3][child]));
-            let (near, far) = rays.interval(
+            let (near, far) = rays.node_ray.interval(
                 axes!(|i| I::F32::select(down[i], upper[i], lower[i])),
                 axes!(|i| I::F32::select(down[i], lower[i], upper[i])),
-                after,
-                before,
+                rays.after,
+                rays.before,
             );
             *met = near.le(far).bits();
             near.store(entry);
