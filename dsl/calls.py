@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from dsl import ast
 from dsl.diagnostics import Label
-from dsl.elsewhere import PARAMETERS
+from dsl.elsewhere import BESIDE, PARAMETERS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import Files
 from dsl.kinds import ANGLE, COLOR, INTERVAL, VECTOR3
@@ -204,7 +204,8 @@ def _unplaced(builtin: Builtin, way: _Way, arguments: Arguments) -> Fault:
 def _forms(builtin: Builtin) -> str:
     """Help that shows the ways to call a builtin."""
     forms = (_form(builtin.name, signature) for signature in builtin.signatures)
-    return f"it is called as {' or '.join(forms)}"
+    beside = BESIDE.get(builtin.name)
+    return f"it is called as {' or '.join(forms)}{f'; {beside}' if beside else ''}"
 
 
 def _may_be_misplaced(builtin: Builtin, argument: ast.Argument) -> bool:

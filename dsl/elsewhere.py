@@ -60,6 +60,7 @@ WORDS: dict[str, str] = {
     "pigment": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "texture": "a material is bound by `object.material(matte(rgb(1, 0, 0)))`",
     "xor": "write `a != b`",
+    "group": "a group is a block: `{ … }`, each object on a line of its own",
     **{word: f'it is a string: write `"{word}"`' for word in _CHOICES},
 }
 """What to write in the place of a word."""
@@ -130,7 +131,11 @@ MEANT: dict[str, str] = {
 }
 """Signs that can mean one thing only: reading goes on with it."""
 
-_MIDDLE = "shapes stand at the origin: `.translate(x, y, z)` moves them"
+COPIES = "a loop makes copies: `for i in 0..n { … }`"
+AXIS = "an axis is a vector: `(0, 1, 0)`"
+POINT = "a decimal number has a point: `1.5`"
+LENGTHEN = "values never change: `list + [item]` is a longer list"
+MIDDLE = "shapes stand at the origin: `.translate(x, y, z)` moves them"
 _EXTENT = "the lengths are one vector: `size: (x, y, z)`"
 _HALF = "the `radius` is half of the diameter"
 _TOP = "bottom and top are an interval: `y: 0..2`"
@@ -139,10 +144,21 @@ PARAMETERS: dict[str, tuple[str, str]] = {
     **dict.fromkeys(("height", "h"), ("y", _TOP)),
     **dict.fromkeys(("diameter", "d"), ("radius", _HALF)),
     **dict.fromkeys(
-        ("center", "centre", "position", "pos", "location", "origin"), ("radius", _MIDDLE)
+        ("center", "centre", "position", "pos", "location", "origin"), ("radius", MIDDLE)
     ),
 }
 """What to write in the place of a parameter, for functions that have another."""
+
+BESIDE: dict[str, str] = {
+    "rotate": "turns about the axes are `.rotate_x(a).rotate_y(b).rotate_z(c)`",
+    "scale": "a vector is taken apart: `scale(v.x, v.y, v.z)`",
+    "matte": "a color is written `rgb(1, 0, 0)` or `#ff0000`",
+    "plane": "it has no ends, and is moved by `.translate(0, y, 0)`",
+}
+"""What to say beside the ways to call a function."""
+
+FILES = frozenset(("obj", "off", "ply", "stl", "glb", "gltf", "ovo", "usd", "usda", "usdc", "usdz"))
+"""How the names of files end."""
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "albedo": ("diffuse",),
@@ -159,6 +175,9 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "environment": ("sky",),
     "eye": ("from",),
     "ground": ("plane",),
+    "brightness": ("irradiance", "intensity", "radiance"),
+    "energy": ("irradiance", "intensity", "radiance"),
+    "intensity": ("irradiance", "radiance"),
     "len": ("count",),
     "lerp": ("mix",),
     "light": ("point_light",),
@@ -168,11 +187,13 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "move": ("translate",),
     "origin": ("from", "position"),
     "position": ("from",),
+    "power": ("irradiance", "intensity", "radiance"),
     "quad": ("rectangle",),
     "size": ("count",),
     "spot_light": ("point_light",),
     "spotlight": ("point_light",),
     "square": ("rectangle",),
+    "strength": ("irradiance", "intensity", "radiance"),
     "target": ("at",),
     "tube": ("ring",),
     "tube_light": ("cylinder_light",),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, NoReturn
 
 from dsl import ast
 from dsl.diagnostics import Label
-from dsl.elsewhere import ELSE_IF, WORDS
+from dsl.elsewhere import ELSE_IF, POINT, WORDS
 from dsl.spans import Span
 from dsl.token_reader import SyntaxFault, TokenReader
 from dsl.tokens import KEYWORDS, Token, describe
@@ -34,6 +35,8 @@ _NEWLINE = "a newline ends a statement unless a round or square bracket is open"
 _LOOP = "write `for i in 0..n { … }`"
 _NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
 
+
+_DECIMAL_COMMA = re.compile(rb"[0-9],[0-9]\Z")
 
 _SINGLE: dict[str, Callable[[Span, Any], ast.Expression]] = {
     "name": ast.Name,
@@ -135,13 +138,21 @@ class ExpressionParser(TokenReader, ABC):
             else:
                 member = self.position
                 if self.kinds[member] != "name" and not self.is_word(member):
-                    number = self.kinds[opener - 1] == "number"
-                    help = "a number ends with a digit, such as `2.0` or `2`" if number else None
-                    self.expected("a name after `.`", help)
+                    self.expected("a name after `.`", self.instead_of_member(opener))
                 self.position += 1
                 span = Span(self.source, self.starts[member], self.ends[member])
                 suffixes.append(ast.Member(span, self.name(member)))
         return ast.Chain(self.span(start), base, tuple(suffixes)) if suffixes else base
+
+    def instead_of_member(self, dot: int) -> str | None:
+        """Help where no name follows a dot."""
+        if self.kinds[dot - 1] == "number":
+            return "a number ends with a digit, such as `2.0` or `2`"
+        if self.kind == "number":
+            return "an item is written `list[0]`"
+        if self.kind in ("newline", "end"):
+            return "leave the `.` out, or go on with a map: `.translate(x, y, z)`"
+        return None
 
     def is_word(self, place: int) -> bool:
         """Whether a token is a word of the language or a name."""
@@ -161,10 +172,16 @@ class ExpressionParser(TokenReader, ABC):
                     "an argument without a name after one with a name",
                     argument.span,
                     secondary=(Label(named.span, "this one has a name"),),
-                    help="name it too, or move it to the front",
+                    help=POINT
+                    if self.is_decimal_comma(argument.span.start)
+                    else "name it too, or move it to the front",
                 )
                 raise SyntaxFault
         return tuple(arguments)
+
+    def is_decimal_comma(self, place: int) -> bool:
+        """Whether the number that begins at a byte follows another with nothing but a comma."""
+        return _DECIMAL_COMMA.search(self.encoded, max(0, place - 20), place + 1) is not None
 
     def argument(self) -> ast.Argument:
         """`[ name ":" ] expression`."""
@@ -259,6 +276,8 @@ class ExpressionParser(TokenReader, ABC):
             self.close(self.position - 1, ")" if before == "(" else "]")
         elif self.kind == "fn":
             help = "a function has a name and a line of its own: `fn name(…) { … }`"
+        elif self.kind == "param":
+            help = "a parameter has a line of its own: `param name = default`"
         elif self.kind == ".":
             help = "a number begins with a digit: `0.5`"
         elif before == ":" and self.kind in (")", ","):

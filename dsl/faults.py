@@ -5,9 +5,10 @@ from __future__ import annotations
 from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
+from dsl.elsewhere import AXIS, MIDDLE
 from dsl.scene import Group
 from dsl.spans import Span
-from dsl.values import Angle, Value, type_name
+from dsl.values import Angle, Value, Vector, type_name
 
 
 class Fault(Exception):
@@ -84,8 +85,17 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"an interval is written `a..b`, such as `0..{source_text(expression.span)[:20]}`"
     elif due.startswith("a number") and found == "a list":
         help = "an item is written `list[0]`"
+    elif due == "a number" and isinstance(value, Vector):
+        if not isinstance(expression, ast.VectorLiteral):
+            help = "a component is written `v.x`"
+        elif subject == "`radius`":
+            help = MIDDLE
     elif due == "a truth value" and found == "a number":
         help = "compare it, as in `x > 0`"
+    elif due == "a vector of 3" and isinstance(expression, ast.String):
+        help = AXIS if expression.text.strip("+-").lower() in ("x", "y", "z") else None
+    elif due == "a transform" and isinstance(value, Vector):
+        help = f"a transform is made by a call: `translate({source_text(expression.span)[:40]})`"
     elif due == "a material" and found == "a color":
         help = f"make a material of it: `matte({source_text(expression.span)[:40]})`"
     elif due == "a material" and found == "a string":

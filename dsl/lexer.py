@@ -319,14 +319,15 @@ class _Lexer:
     def foreign(self, words: str, start: int) -> _Word:
         """What begins no word; where it can mean one thing only, reading goes on with that."""
         if len(words) > 1 and words[0] in "'`“‘":
+            is_number = words[1:2].isdigit()  # for which a string would be another fault
             self.fault(
                 "syntax-unexpected-character",
                 f"unexpected character `{words[0]}`",
                 start,
                 start + _size(words),
-                SIGNS[words[0]],
+                f"write it without quotes: `{words[1:-1][:20]}`" if is_number else SIGNS[words[0]],
             )
-            return "string", words[1:-1]
+            return ("fault", None) if is_number else ("string", words[1:-1])
         if (meant := MEANT.get(words)) is None:
             return "foreign", words
         self.unexpected(words, start, f"write `{meant}`")

@@ -243,6 +243,8 @@ def _mend(symbol: str, left: Value, right: Value) -> str | None:
         return "give the number a unit, such as `40deg`"
     if kinds == {Vector} and symbol == "*":
         return "write `dot(a, b)` or `cross(a, b)`"
+    if kinds == {Vector, float} and symbol in "+-":
+        return "write the number for every component, as in `v + (1, 1, 1)`"
     if scene.Transform in kinds and symbol == "*" and len(kinds) == 2:
         return "apply a transform to an object with `object.transform(t)`"
     if kinds <= {float, str, List, Angle, Vector} and symbol == "==" and List in kinds:

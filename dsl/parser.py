@@ -17,7 +17,7 @@ from dsl import ast
 from dsl.alike import Lines, lines_alike, without
 from dsl.budget import DEFAULT_LIMITS, Limits
 from dsl.diagnostics import Diagnostic
-from dsl.elsewhere import DEFINING, LOOP, NEVER, WORDS
+from dsl.elsewhere import DEFINING, LOOP, NEVER, POINT, WORDS
 from dsl.expression_parser import ExpressionParser
 from dsl.lexer import tokenize
 from dsl.spans import Source, Span
@@ -208,6 +208,8 @@ class _Parser(ExpressionParser):
             help = "put `else` on the line of the `}` before it"
         elif self.kind == "," and self.next_kind() in _ENDS:
             help = "each statement has a line of its own: leave the `,` out"
+        elif self.kind == "," and self.is_decimal_comma(self.ends[self.position]):
+            help = POINT
         elif self.kind == ",":
             help = "items stand in brackets: `[a, b]` is a list, `(x, y, z)` a vector"
         elif isinstance(statement, ast.Unary) and isinstance(statement.operand, ast.Unary):

@@ -13,7 +13,7 @@ from itertools import islice
 from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
-from dsl.elsewhere import WORDS
+from dsl.elsewhere import FILES, WORDS
 from dsl.slips import color_of_bytes, hidden_divisor
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
@@ -95,7 +95,8 @@ class _Resolver:
         frame.names[name] = binding
         frame.later.pop(name, None)
 
-    def use(self, node: ast.Name, frame: _Frame) -> None:
+    def use(self, node: ast.Name, frame: _Frame, member: str = "") -> None:
+        """Find what a name refers to; `member` is what is asked of it."""
         scopes: list[_Frame] = []
         later: tuple[Span, str] | None = None
         scope: _Frame | None = frame
@@ -114,6 +115,8 @@ class _Resolver:
         if later is None:
             known = {name for scope in scopes for name in scope.names}
             help = WORDS.get(node.name) or did_you_mean(node.name, known)
+            if member in FILES:
+                help = f'the name of a file is a string: `"{node.name}.{member}"`'
             self.report("name-unknown", message, node.span, help)
         else:
             place, help = later
@@ -211,7 +214,11 @@ class _Resolver:
             case ast.Name():
                 self.use(node, frame)
             case ast.Chain():
-                self.expression(node.base, frame)
+                first = node.suffixes[0]
+                if isinstance(node.base, ast.Name) and isinstance(first, ast.Member):
+                    self.use(node.base, frame, first.name)
+                else:
+                    self.expression(node.base, frame)
                 if isinstance(node.base, ast.Name) and node.base.name == "rgb":
                     binding = self.result.uses.get(node.base)
                     if binding is not None and binding.span is None:

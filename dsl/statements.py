@@ -402,6 +402,8 @@ def no_scene_value(value: Value, statement: ast.Expression) -> Fault:
         help = "place what is in it, such as `file.name`"
     elif isinstance(value, scene.Transform):
         help = "apply it to an object: `object.transform(t)`"
+        if isinstance(statement, ast.Chain) and isinstance(statement.base, ast.Name):
+            help = f"it follows an object: `object.{source_text(statement.span)[:40]}`"
     elif isinstance(value, scene.Material):
         help = "bind it to an object: `object.material(m)`"
     elif isinstance(value, List):

@@ -10,6 +10,7 @@ from dsl import ast, scene
 from dsl.batches import bound
 from dsl.builtins import BUILTINS
 from dsl.calls import Site, call_builtin
+from dsl.elsewhere import COPIES, LENGTHEN
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.lanes import Sequential, chosen
 from dsl.materials import BIND, OVERRIDE
@@ -159,6 +160,10 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
             help = "only objects have a material"
         elif name in ("color", "colour") and isinstance(value, Object):
             help = "a color belongs to a material: `.material(matte(color))`"
+        elif isinstance(value, Object) and name in ("copy", "copies", "clone", "repeat", "array"):
+            help = COPIES
+        elif isinstance(value, List) and name in ("append", "push", "add", "insert"):
+            help = LENGTHEN
         elif isinstance(value, List) and name in ("length", "len", "size", "count"):
             help = "write `count(list)`"
         elif help is None and isinstance(value, Builtin | Closure):

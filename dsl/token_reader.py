@@ -21,6 +21,8 @@ from dsl.tokens import KEYWORDS, Token, Tokens, describe
 _Item = TypeVar("_Item")
 _SIGN = re.compile(b"|".join(re.escape(sign.encode()) for sign in sorted(SIGNS, key=len)[::-1]))
 
+_GROUPED_DIGITS = re.compile(rb"[0-9] [0-9]{3}(?![0-9])")
+
 
 class SyntaxFault(Exception):
     """The statement being read cannot be completed; its fault has been reported."""
@@ -304,6 +306,8 @@ class TokenReader:
             elif expected and not self.begins_line() and before.kind == "name":
                 word = str(before.value)
                 help = f"an argument is named `{word}: …`, a function called `{word}(…)`"
+            elif _GROUPED_DIGITS.match(self.encoded, self.starts[self.position] - 2):
+                help = "the digits of a number stand together: `1000`"
             elif expected and not self.begins_line() and kind in ("name", "number", "angle"):
                 help = "separate the items with `,`"
             elif expected and self.begins_line():
