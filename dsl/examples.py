@@ -24,7 +24,7 @@ class Example:
 
     `text` is its whole section; `words` are the time, parameters and limits that it is run with,
     `files` the contents of files by name, `stage` a USD stage of the same scene; `language` is
-    one of `LANGUAGES`, `kind` one of `KINDS`.
+    one of `LANGUAGES`, `kind` one of `KINDS`; `chapter` is the name of the file without `.md`.
     """
 
     chapter: str
@@ -46,7 +46,7 @@ class Example:
     @property
     def shows_advice(self) -> bool:
         """Whether the outcome has advice too; elsewhere it is left out."""
-        return self.chapter == "advice.md"
+        return self.chapter == "advice"
 
     def write_files(self, folder: Path) -> None:
         """Write the source and the files beside it; names begin with how, see the README."""
@@ -70,7 +70,7 @@ def read_chapter(path: Path) -> Iterator[Example]:
             end = matches[-1].end()
             end += len(section[end:].partition("\n# ")[0])  # another part of the chapter
             blocks = [(match[1], match[2].split(), match[3]) for match in matches]
-            yield _read_example(path.name, section[:end], blocks)
+            yield _read_example(path.stem, section[:end], blocks)
 
 
 _READ = {*LANGUAGES, *KINDS, "obj", "stl", "off", "ppm"}

@@ -71,15 +71,19 @@ class Tools:
 
 @dataclass(slots=True)
 class Chapter:
-    """How an implementation did: failed examples with the reasons, and two counts."""
+    """How an implementation did: failed examples with the reasons, and two counts.
+
+    `answers` are those of the tool to the failed examples.
+    """
 
     passed: int = 0
     failed: dict[str, str] = field(default_factory=dict)
     skipped: int = 0
+    answers: dict[str, Answer] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
-        """The same as JSON values."""
-        return asdict(self)
+        """The reasons and the counts as JSON values."""
+        return {"passed": self.passed, "failed": self.failed, "skipped": self.skipped}
 
 
 def as_json(examples: Sequence[Example]) -> list[dict[str, Any]]:
@@ -161,7 +165,7 @@ def judge(
     """
     chapters: dict[str, list[Example]] = {}
     for example in examples:
-        chapters.setdefault(example.chapter.removesuffix(".md"), []).append(example)
+        chapters.setdefault(example.chapter, []).append(example)
     for name, members in chapters.items():
         chapter = Chapter()
         for example in members:
@@ -179,6 +183,7 @@ def judge(
                 chapter.passed += 1
             else:
                 chapter.failed[example.name] = reason
+                chapter.answers[example.name] = answer
         yield name, chapter
 
 

@@ -51,6 +51,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="end a tool that takes longer for an example; default: 60",
     )
     parser.add_argument("--chapter", metavar="NAME", help="run only that chapter, such as shapes")
+    parser.add_argument(
+        "--example",
+        metavar="NAME",
+        help="run only the example under that title, and show what the tool printed if it fails",
+    )
     parser.add_argument("--dump", type=Path, metavar="FILE", help="write the examples as JSON only")
     parser.add_argument("--json", action="store_true", help="answer as JSON on standard output")
 
@@ -58,13 +63,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Exit:
     """Run the reference's examples through an implementation, and report chapter by chapter."""
     from dsl.examples import read_examples
+    from dsl.suggest import did_you_mean
     from ovolo.conformance import Tools, execute, judge
 
     examples = list(read_examples())
     if arguments.chapter:
-        examples = [e for e in examples if e.chapter == f"{arguments.chapter}.md"]
+        examples = [e for e in examples if e.chapter == arguments.chapter]
         if not examples:
             raise StopError(Exit.USAGE, f"no chapter `{arguments.chapter}` has examples")
+    if arguments.example:
+        names = [example.name for example in examples]
+        examples = [e for e in examples if e.name == arguments.example]
+        if not examples:
+            message = f"there is no example `{arguments.example}`"
+            raise StopError(Exit.USAGE, message, did_you_mean(arguments.example, names))
     if arguments.dump is not None:
         _dump(examples, arguments.dump)
         return Exit.OK
@@ -76,8 +88,10 @@ def run(arguments: argparse.Namespace) -> Exit:
             chapters = dict(judged)
             print_json({name: chapter.as_json() for name, chapter in chapters.items()})
         else:
-            width = max((len(e.chapter.removesuffix(".md")) for e in examples), default=0)
+            width = max((len(e.chapter) for e in examples), default=0)
             chapters = _printed(judged, width, wants_color(sys.stdout))
+            if arguments.example:
+                _print_answers(chapters.values())
     except OSError as error:
         raise StopError(Exit.USAGE, f"the command cannot be run: {error.strerror}") from None
     return Exit.FAULTS if any(chapter.failed for chapter in chapters.values()) else Exit.OK
@@ -138,3 +152,15 @@ def _printed(judged: Iterable[tuple[str, Chapter]], width: int, color: bool) -> 
     not_run = sum(chapter.skipped for chapter in chapters.values())
     print(f"{passed} passed, {failed} failed, {not_run} not run")
     return chapters
+
+
+def _print_answers(chapters: Iterable[Chapter]) -> None:
+    """What the tool printed for the examples that failed."""
+    for chapter in chapters:
+        for answer in chapter.answers.values():
+            for title, text in (
+                ("standard output", answer.stdout),
+                ("standard error", answer.stderr),
+            ):
+                print(f"{title}:" if text else f"{title}: nothing")
+                print(text, end="" if not text or text.endswith("\n") else "\n")

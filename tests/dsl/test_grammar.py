@@ -228,4 +228,4 @@ def test_examples_conform_where_no_fault_of_syntax_is_shown() -> None:
                 SYNTAX, words, is_word
             ).conforms("file")
             faulty = re.search(r"^error\[syntax.*\n *--> scene", example.outcome, re.MULTILINE)
-            assert conforms is not bool(faulty) or example.chapter == "limits.md", example.name
+            assert conforms is not bool(faulty) or example.chapter == "limits", example.name

@@ -100,12 +100,34 @@ def test_a_tool_that_fails_is_told_how(program: str, reason: str, tmp_path: Path
     assert chapter.failed[example.name].startswith(reason)
 
 
+def test_one_example_is_run_and_shows_what_the_tool_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tool = tmp_path / "tool.py"
+    tool.write_text("import sys; print('half'); print('an idea', file=sys.stderr)")
+    words = ["conformance", "--example", "a scale of zero"]
+    assert main(words) == Exit.OK
+    out = capsys.readouterr().out
+    assert out.startswith("chains")
+    assert "standard" not in out
+    assert main([*words, "--command", f"{sys.executable} {tool} {{source}}"]) == Exit.FAULTS
+    out = capsys.readouterr().out
+    assert "standard output:\nhalf\nstandard error:\nan idea\n" in out
+    assert out.count("fails") == 1
+    assert main(["conformance", "--example", "a scale of zebra"]) == Exit.USAGE
+    assert "did you mean `a scale of zero`?" in capsys.readouterr().err
+
+
 def test_the_suite_is_written_as_json(tmp_path: Path) -> None:
     target = tmp_path / "suite.json"
     assert main(["conformance", "--dump", str(target)]) == Exit.OK
     suite = json.loads(target.read_text())
     assert len(suite) == len(EXAMPLES)
     assert {"chapter", "name", "language", "source", "kind", "outcome"} <= set(suite[0])
+    for chapter in {example["chapter"] for example in suite}:
+        assert main(["conformance", "--chapter", chapter, "--dump", str(target)]) == Exit.OK
+        found = json.loads(target.read_text())
+        assert found == [example for example in suite if example["chapter"] == chapter]
 
 
 def test_the_report_is_written_as_json(capsys: pytest.CaptureFixture[str]) -> None:
