@@ -13,7 +13,7 @@ from compiler import ir
 from compiler.affine import Affine
 from compiler.double_double import DoubleDouble, Part
 from compiler.provenance import Texts
-from compiler.vectors import cross, dot, length, unit
+from compiler.vectors import cross, dot, length, leveling, unit
 from dsl.scene import (
     MATERIAL_PARAMETERS,
     UNSHAPED,
@@ -104,7 +104,7 @@ def light_table(lights: Sequence[tuple[Light, Affine]], texts: Texts) -> NDArray
                 row["kind"] = ir.SUN
             case PointLight():
                 vector, color = _placed(placement, light.position), light.intensity
-                size = light.radius * np.cbrt(abs(_determinant(placement.linear)))
+                size = _product(light.radius, _growth(placement.linear))
                 row["kind"] = ir.POINT
                 if _shape(row, light.shaping):
                     row["w"] = _rounded(unit(_applied(placement.linear, _exact(light.direction))))
@@ -128,26 +128,28 @@ def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDAr
     """`SceneIR.cameras`, each placed by its `world_from_object` of one lane.
 
     The axes are made unit, and what the scales along them do to the window goes into `height`,
-    `aspect` (if said), `near`, `far` and the lens; a mirrored camera keeps its mirrored axes.
+    `aspect` (if said), `near`, `far` and the lens, each rounded once; a mirrored camera keeps its
+    mirrored axes.
     """
     table = np.zeros(len(cameras), dtype=ir.CAMERA)
     for row, (camera, placement) in zip(table, cameras, strict=True):
         axes = list(zip(*placement.linear, strict=True))
-        along_x, along_y, along_z = (float(_scalar(length(axis).hi)) for axis in axes)
+        along_x, along_y, along_z = map(length, axes)
         orthographic = camera.projection == "orthographic"
         row["projection"] = ir.ORTHOGRAPHIC if orthographic else ir.PERSPECTIVE
         row["name"] = texts.index(camera.name)
         for column, axis in enumerate(axes):
             row["world_from_camera"][:, column] = _rounded(unit(axis))
         row["world_from_camera"][:, 3] = _rounded(placement.translation)
-        row["height"] = camera.height * (along_y if orthographic else along_y / along_z)
+        row["height"] = _product(camera.height, along_y if orthographic else along_y / along_z)
         aspect = math.nan if camera.aspect is None else camera.aspect
-        row["aspect"] = aspect * (along_x / along_y)
+        row["aspect"] = _product(aspect, along_x / along_y)
         row["shift"] = camera.shift
-        row["near"], row["far"] = camera.near * along_z, camera.far * along_z
+        row["near"] = _product(camera.near, along_z)
+        row["far"] = _product(camera.far, along_z)
         row["exposure"], row["shutter"] = camera.exposure, camera.shutter
-        row["lens_radius"] = camera.lens_radius * along_y
-        row["focus_distance"] = camera.focus_distance * along_z
+        row["lens_radius"] = _product(camera.lens_radius, along_y)
+        row["focus_distance"] = _product(camera.focus_distance, along_z)
     return table
 
 
@@ -185,9 +187,24 @@ def _shape(row: np.void, shaping: Shaping) -> bool:
     return shaping != UNSHAPED
 
 
-def _determinant(linear: Sequence[Sequence[DoubleDouble]]) -> float:
-    x, y, z = linear
-    return float(_scalar(dot(x, cross(y, z)).hi))
+def _growth(linear: Sequence[Sequence[DoubleDouble]]) -> DoubleDouble:
+    """∛|det|: the root in float64, and one step of Newton's from there."""
+    power = leveling([entry for row in linear for entry in row])
+    x, y, z = ([entry.scaled(power) for entry in row] for row in linear)
+    volume = dot(x, cross(y, z))
+    if _scalar(volume.hi) < 0.0:
+        volume = -volume
+    root = DoubleDouble.of(float(np.cbrt(_scalar(volume.hi))))
+    square = root * root
+    step = (square * root - volume) / (square + square + square)
+    return (root - step).scaled(1.0 / power)
+
+
+def _product(number: float, factor: DoubleDouble) -> float:
+    """The product rounded once; a number that is not finite stays what it is."""
+    if not math.isfinite(number):
+        return number
+    return float(_scalar((DoubleDouble.of(number) * factor).hi))
 
 
 def _rounded(vector: Iterable[DoubleDouble]) -> list[float]:

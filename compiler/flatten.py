@@ -85,7 +85,7 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     reasons = left_out_rows(table, ordinary, sizes)
     dropped = np.flatnonzero(reasons)
     if len(dropped):
-        diagnostics += _left_out(table, dropped, reasons[dropped], origins)
+        diagnostics += left_out(reasons[dropped], table.source[dropped], table.sources, origins)
         table = without(table, dropped)
     used_prototypes = first_uses(table.target[table.target >= 0], len(prototypes.nodes))
     used_materials = _used_materials(table, len(materials.nodes))
@@ -183,27 +183,3 @@ def _place(branches: Branches, branch: int, origins: Origins) -> Place | None:
         if edge.segments:
             return origins.places[edge.segments[0][0]]
     return None
-
-
-def _left_out(
-    table: Rows, dropped: Integers, reasons: NDArray[np.uint8], origins: Origins
-) -> list[Diagnostic]:
-    """One warning for each reason and place whose instances are left out."""
-    origin = np.append(table.sources.origin, -1)[_emitted(table, dropped, origins)]
-    return [
-        left_out(count, reason, origins.places[number] if number >= 0 else None)
-        for number in dict.fromkeys(origin.tolist())
-        for reason in Reason
-        if (count := int(((origin == number) & (reasons == reason)).sum()))
-    ]
-
-
-def _emitted(table: Rows, rows: Integers, origins: Origins) -> Integers:
-    """The segment of each row's path that tells where it is emitted: the innermost with a name."""
-    labelled = np.array(origins.labelled(), dtype=bool)
-    named = np.append(labelled[table.sources.origin], True)
-    parent = np.append(table.sources.parent, -1)
-    segment = innermost = table.source[rows]
-    while not named[segment].all():
-        segment = np.where(named[segment], segment, parent[segment])
-    return np.where(segment >= 0, segment, innermost)

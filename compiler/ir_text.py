@@ -169,8 +169,8 @@ def print_ir(scene: SceneIR, *, sources: bool = False) -> str:
 
 
 def number(value: float) -> str:
-    """The shortest text that reads back as `value`."""
-    return repr(float(value)).removesuffix(".0")
+    """The shortest text that reads back as `value`; zero has no sign."""
+    return repr(float(value) + 0.0).removesuffix(".0")
 
 
 def name(scene: SceneIR, target: int) -> str:
@@ -322,5 +322,5 @@ def _rows(matrix: NDArray[np.float64]) -> str:
 
 
 def _single(value: np.float32) -> str:
-    text = str(value).removesuffix(".0")
+    text = str(value + np.float32(0.0)).removesuffix(".0")
     return text if np.float32(float(text)) == value else number(float(value))

@@ -14,6 +14,7 @@ from compiler.expand import expand, plan
 from compiler.place import Frames
 from compiler.provenance import Origins
 from compiler.reach import Reason, extent, left_out, reasons
+from compiler.rows import Sources
 from compiler.walk import Walk
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
@@ -51,7 +52,8 @@ def place_lights(walk: Walk) -> PlacedLights:
             return Leaf(len(nodes) - 1)
         return None
 
-    branches = compress(walk, index, lambda _: 0, Origins())
+    origins = Origins()
+    branches = compress(walk, index, lambda _: 0, origins)
     planned = plan(branches)
     if planned.leaves[-1] > MAX_LIGHTS:
         message = f"{planned.leaves[-1]} lights and cameras exceed the limit of {MAX_LIGHTS}"
@@ -61,6 +63,7 @@ def place_lights(walk: Walk) -> PlacedLights:
         return placed
     (table,) = expand(branches, planned).values()
     targets = table.leaf_target.numbers
+    found = np.zeros(len(targets), dtype=np.uint8)
     placements: dict[int, Placement] = {}
     frames = Frames(branches.chains, table)
     for chunk in frames.chunks():
@@ -68,11 +71,23 @@ def place_lights(walk: Walk) -> PlacedLights:
         placement = frames.placements(chunk)
         placements.update((leaf, placement.take(lane)) for lane, leaf in enumerate(numbers))
     for leaf, number in enumerate(targets.tolist()):
-        _add(placed, nodes[number], placements[leaf])
+        node, placement = nodes[number], placements[leaf]
+        found[leaf] = reason = _reason(node, placement)
+        if reason != Reason.NONE:
+            continue
+        if isinstance(node, Camera):
+            placed.cameras.append((node, placement.forward))
+        else:
+            placed.lights.append((node, placement.forward))
+    sources = Sources(
+        table.source_parent.numbers, table.source_origin.numbers, table.source_index.numbers
+    )
+    placed.diagnostics += left_out(found, table.leaf_source.numbers, sources, origins)
     return placed
 
 
-def _add(placed: PlacedLights, node: Light | Camera, placement: Placement) -> None:
+def _reason(node: Light | Camera, placement: Placement) -> int:
+    """The `Reason` why a light or camera is left out, if it is."""
     forward, inverse = np.empty((2, 1, 3, 4))
     placement.forward.round_into(forward)
     placement.inverse.round_into(inverse)
@@ -81,13 +96,7 @@ def _add(placed: PlacedLights, node: Light | Camera, placement: Placement) -> No
         forward[..., 3] = inverse[..., 3] = 0.0
     size = np.array([_size(node)])
     (reason,) = reasons(extent(forward, inverse), size, np.ones(1)).tolist()
-    if reason and not (isinstance(node, Sky) and not node.texture):
-        place = node.origin.place if node.origin else None
-        placed.diagnostics.append(left_out(1, Reason(reason), place))
-    elif isinstance(node, Camera):
-        placed.cameras.append((node, placement.forward))
-    else:
-        placed.lights.append((node, placement.forward))
+    return Reason.NONE if isinstance(node, Sky) and not node.texture else int(reason)
 
 
 def _size(node: Light | Camera) -> float:

@@ -112,4 +112,7 @@ def _size(node: Shape | Mesh) -> float:
         return float(max(node.points.max(initial=0.0), -node.points.min(initial=0.0)))
     if node.kind is ShapeKind.TORUS:
         return sum(node.parameters)
-    return max(map(abs, node.parameters), default=0.0)
+    lengths = node.parameters
+    if node.kind is ShapeKind.WEDGE:
+        lengths = lengths[:4]  # the others are angles, and the bevel
+    return max(map(abs, lengths), default=0.0)

@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from compiler.rows import Rows
+from compiler.column import Integers
+from compiler.provenance import Origins
+from compiler.rows import Rows, Sources
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic
 from dsl.limits import SIZES
@@ -56,11 +58,37 @@ _WORDS = {
 }
 
 
-def left_out(count: int, reason: Reason, place: Place | None) -> Diagnostic:
-    """The warning for `count` things of one place that are left out."""
+def left_out(
+    reasons: NDArray[np.uint8], segments: Integers, sources: Sources, origins: Origins
+) -> list[Diagnostic]:
+    """One warning for each reason and place of what is left out.
+
+    `segments` are the innermost of its paths; `Reason.NONE` gives no warning.
+    """
+    origin = np.append(sources.origin, -1)[_emitted(segments, sources, origins)]
+    return [
+        _warning(count, reason, origins.places[number] if number >= 0 else None)
+        for number in dict.fromkeys(origin.tolist())
+        for reason in _WORDS
+        if (count := int(((origin == number) & (reasons == reason)).sum()))
+    ]
+
+
+def _warning(count: int, reason: Reason, place: Place | None) -> Diagnostic:
     who = "this is" if count == 1 else f"{count} instances of this are"
     words = _WORDS[reason]
     return diagnostic(words.code, f"{who} left out: {words.why}", place, help=words.help)
+
+
+def _emitted(segments: Integers, sources: Sources, origins: Origins) -> Integers:
+    """The segment of each path that tells where it is emitted: the innermost with a name."""
+    labelled = np.array(origins.labelled(), dtype=bool)
+    named = np.append(labelled[sources.origin], True)
+    parent = np.append(sources.parent, -1)
+    segment = segments
+    while not named[segment].all():
+        segment = np.where(named[segment], segment, parent[segment])
+    return np.where(segment >= 0, segment, segments)
 
 
 class Extent(NamedTuple):
