@@ -272,7 +272,7 @@ class ExpressionParser(TokenReader, ABC):
             help = "a vector is written `(x, y, z)`"
         elif before == "%":
             help = "`%` is the rest of a division; a half is `0.5`"
-        elif before in ("(", "[") and self.kind == "end":
+        elif before in ("(", "[") and self.kind in ("end", "newline"):
             self.close(self.position - 1, ")" if before == "(" else "]")
         elif self.kind == "fn":
             help = "a function has a name and a line of its own: `fn name(…) { … }`"

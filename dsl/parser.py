@@ -284,7 +284,10 @@ class _Parser(ExpressionParser):
         elif self.kind == "fault":
             self.advance()
         else:
-            self.expected("a file's name", 'write `use "file.ovo" as name`')
+            with suppress(SyntaxFault):
+                self.expected("a file's name", 'write `use "file.ovo" as name`')
+            while self.kind not in ("as", *_ENDS):
+                self.advance()
         if self.kind != "as":
             self.expected("`as` and a name", 'write `use "file.ovo" as name`')
         self.advance()
