@@ -57,4 +57,7 @@ def _size(leaf: Shape | Mesh) -> float:
         return float(np.abs(leaf.points).max(initial=0.0))
     if leaf.kind is ShapeKind.TORUS:
         return sum(leaf.parameters)
-    return max(map(abs, leaf.parameters), default=0.0)
+    lengths = leaf.parameters
+    if leaf.kind is ShapeKind.WEDGE:
+        lengths = lengths[:4]  # and then angles
+    return max(map(abs, lengths), default=0.0)

@@ -137,7 +137,16 @@ POWERS = st.integers(-120, 120).map(lambda power: f"3e{power}")
 
 
 @given(
-    st.sampled_from(["sphere(#)", "box(size: (1, #, 2))", "torus(#, 2e-100)", "plane()", "both"]),
+    st.sampled_from(
+        [
+            "sphere(#)",
+            "box(size: (1, #, 2))",
+            "torus(#, 2e-100)",
+            "plane()",
+            "both",
+            "wedge(r: 1e-99..#, y: 0..1e-99, phi: 0deg..300deg)",
+        ]
+    ),
     st.lists(
         st.sampled_from(
             (
