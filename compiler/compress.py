@@ -172,7 +172,8 @@ class _Compressor:
         if isinstance(node, Bind):
             code = self.material(node.material)
             outer = overriding(code) if node.override else code
-            run = replace(run, material=combined(outer, run.material))
+            bound = combined(outer, run.material)
+            run = _Run(run.target, run.transforms, run.length, bound, run.segments)
         segments = self.segments(run.target, run.segments, node.origin)
         return run if segments is run.segments else replace(run, segments=segments)
 

@@ -83,16 +83,16 @@ def read_cage(visit: Visit, clock: Clock) -> Cage:
     """The cage of a Mesh or TetMesh."""
 
     def said(name: str) -> Any:
-        attribute = visit.prim.GetAttribute(name) if name in visit.authored else None
-        return clock.plain(attribute) if attribute else None
+        attribute = visit.attribute(name)
+        return None if attribute is None else clock.plain(attribute)
 
     points = rows(said("points"), 3)
     if visit.type.kind == "TetMesh":
         return Cage(points, *_surface_of_tetrahedra(visit.prim, clock), "none")
     counts, indices = integers(said("faceVertexCounts")), integers(said("faceVertexIndices"))
     scheme = usual = str(UsdGeom.Tokens.catmullClark)
-    if "subdivisionScheme" in visit.authored:
-        named = clock.beside(visit.prim.GetAttribute("subdivisionScheme"), usual)
+    if (attribute := visit.attribute("subdivisionScheme")) is not None:
+        named = clock.beside(attribute, usual)
         scheme = named if isinstance(named, str) else ""
     return Cage(points, counts, indices, scheme or "none")
 

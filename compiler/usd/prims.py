@@ -27,11 +27,12 @@ class Authored:
     names: tuple[str, ...]
 
     def __contains__(self, name: str) -> bool:
-        return name in self._set
+        return name in self.places
 
     @cached_property
-    def _set(self) -> frozenset[str]:
-        return frozenset(self.names)
+    def places(self) -> dict[str, int]:
+        """Where each name is among them."""
+        return {name: place for place, name in enumerate(self.names)}
 
     def _any(self, *beginnings: str) -> bool:
         return any(name.startswith(beginnings) for name in self.names)

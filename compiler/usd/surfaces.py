@@ -89,9 +89,8 @@ def read_mesh(
     triangles point outwards by the prim's `orientation`. Faces in `holeIndices` are left
     out, but shape those around them.
     """
-    path = prim.GetPath()
     if cage.points is None or cage.counts is None or cage.indices is None or not len(cage.counts):
-        report.add("usd-mesh", _fault(prim, cage, clock), path)
+        report.add("usd-mesh", _fault(prim, cage, clock), prim.GetPath())
         return None
     points = np.ascontiguousarray(cage.points, dtype=np.float64)
     cut, refinement = cage.cut, None
@@ -99,7 +98,7 @@ def read_mesh(
         points, cut = exact_points(prim, points, clock, report), None
     if skinning is not None:
         points, cut = skinning.posed(prim, points), None
-    smooth = _is_smooth(cage.scheme, options, path, report)
+    smooth = _is_smooth(cage.scheme, options, prim, report)
     if smooth or cut is None:
         counts, indices = (array.astype(np.int64) for array in (cage.counts, cage.indices))
         polygons = usable_faces(points, counts, indices)
@@ -108,12 +107,13 @@ def read_mesh(
                 points, polygons, cage.scheme, prim, clock, report, options, coarser
             )
         for reason, number in polygons.dropped.items():
-            report.add("usd-mesh", f"{number} faces {reason} are left out", path)
+            report.add("usd-mesh", f"{number} faces {reason} are left out", prim.GetPath())
         cut = cut_polygons(points, polygons)
     if "holeIndices" in authored:
         cut = cut.without(clock.integers(prim.GetAttribute("holeIndices")))
     if not len(cut.triangles):
-        report.add("usd-mesh", "a mesh without a face that can be drawn draws nothing", path)
+        message = "a mesh without a face that can be drawn draws nothing"
+        report.add("usd-mesh", message, prim.GetPath())
         return None
     turned = (
         "orientation" in authored
@@ -138,16 +138,17 @@ def _fault(prim: Any, cage: Cage, clock: Clock) -> str:
     return "a mesh without points or faces draws nothing"
 
 
-def _is_smooth(scheme: str, options: StageOptions, path: Any, report: Report) -> bool:
+def _is_smooth(scheme: str, options: StageOptions, prim: Any, report: Report) -> bool:
     """Whether a mesh is to be refined; reported where its scheme is not used."""
     if scheme == "none":
         return False
     if scheme not in SCHEMES:
         message = f"`subdivisionScheme = {scheme!r}` is not known: the polygons are drawn"
-        report.add("usd-subdivision", message, path)
+        report.add("usd-subdivision", message, prim.GetPath())
         return False
     if options.complexity == "low":
         message = "subdivision meshes are drawn as their cages"
-        report.add("usd-subdivision", message, path, "a higher complexity draws their limit")
+        help = "a higher complexity draws their limit"
+        report.add("usd-subdivision", message, prim.GetPath(), help)
         return False
     return True

@@ -31,7 +31,6 @@ from compiler.usd.sheets import is_singular, pressed
 from compiler.usd.skinning import Skinning, is_skinned
 from compiler.usd.unused import Unused
 from compiler.usd.visits import Visit, visits
-from compiler.usd.xform import local_steps
 from dsl.scene import Bind, Group, Instances, Material, Node, Origin, Step, Transform
 from dsl.spans import PrimPlace
 
@@ -132,6 +131,8 @@ class Traversal:
         cages = self._meshes.ahead(v for v in drawn if not v.mode and self._is_shown(v))
         for visit in drawn:
             self._draw(visit, frame, cages)
+            if visit.own:
+                visit.place(self.clock, self.report)
         reset_nodes: list[Node] = []
         # Children come after their parents: backwards, every prim finds its children's nodes.
         for index in range(len(found) - 1, -1, -1):
@@ -142,10 +143,8 @@ class Traversal:
                 break
             if not items:
                 continue
-            placed, reset = items, False
-            if visit.type.xformable and "xformOpOrder" in visit.authored:
-                steps, reset = local_steps(visit.prim, self.clock, self.report)
-                placed = _placed(items, steps) if steps else items
+            steps, reset = visit.place(self.clock, self.report)
+            placed = _placed(items, steps) if steps else items
             if reset and not visit.prim.IsPseudoRoot():
                 reset_nodes += reversed(placed)
             elif index == 0:

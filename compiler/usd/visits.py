@@ -11,7 +11,8 @@ from compiler.usd.clock import Clock
 from compiler.usd.draw_modes import stand_in
 from compiler.usd.prims import Authored, Inherited, PrimType, PrimTypes
 from compiler.usd.report import Report
-from dsl.scene import Node
+from compiler.usd.xform import local_steps
+from dsl.scene import Node, Step
 
 LEVELS = 1000
 """Levels of prims; usd-core takes the square of their number to find bindings."""
@@ -27,7 +28,7 @@ class Visit:
 
     `mode` is the draw mode that shows it and those below it by something else. A `proxy` is a prim
     of a native instance; a `parent` may have children, whether they are visited or not; only
-    children of a `model` can be models.
+    children of a `model` can be models. `placed` is what `place` has found.
     """
 
     prim: Any
@@ -43,6 +44,33 @@ class Visit:
     parent: bool
     own: list[Node] = field(default_factory=list)
     below: list[Node] = field(default_factory=list)
+    placed: tuple[tuple[Step, ...], bool] | None = None
+    _properties: list[Any] | None = None
+
+    def attribute(self, name: str) -> Any | None:
+        """The attribute of a name that the prim authors; None if it authors no such attribute.
+
+        usd-core gives all properties of a prim in the time of two.
+        """
+        place = self.authored.places.get(name)
+        if place is None:
+            return None
+        if self._properties is None:
+            self._properties = self.prim.GetAuthoredProperties()
+        found = self._properties[place]
+        return found if isinstance(found, Usd.Attribute) else None
+
+    def place(self, clock: Clock, report: Report) -> tuple[tuple[Step, ...], bool]:
+        """The steps of the prim's own transform, and whether it resets those of its parents.
+
+        Read once; after that the prim's properties are not kept.
+        """
+        if self.placed is None:
+            self.placed = (), False
+            if self.type.xformable and "xformOpOrder" in self.authored:
+                self.placed = local_steps(self.prim, clock, report, self.attribute)
+            self._properties = None
+        return self.placed
 
 
 def visits(

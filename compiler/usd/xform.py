@@ -8,7 +8,7 @@ what they are, so that their inverses are exact; only `transform` operations bec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -66,9 +66,14 @@ class NamedOp:
     inverse: bool
 
 
-def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ...], bool]:
-    """Steps of an Xformable prim's own transform, and whether it resets those of its parents."""
-    found = _attributes(prim)
+def local_steps(
+    prim: Any, clock: Clock, report: Report, attribute: Callable[[str], Any] | None = None
+) -> tuple[tuple[Step, ...], bool]:
+    """Steps of an Xformable prim's own transform, and whether it resets those of its parents.
+
+    `attribute` finds attributes of the prim that it authors, None: usd-core does.
+    """
+    found = _attributes(attribute or prim.GetAttribute)
     reset = False
     if found is None:
         xformable = UsdGeom.Xformable(prim)
@@ -76,23 +81,37 @@ def local_steps(prim: Any, clock: Clock, report: Report) -> tuple[tuple[Step, ..
         found = [(_named(op.GetOpName()), op.GetAttr()) for op in ops]
         reset = bool(xformable.GetResetXformStack())
     steps: list[Step] = []
-    for op, attribute in reversed(found):
-        own = _op_steps(op, clock.plain(attribute), prim, report)
+    for op, found_attribute in reversed(found):
+        own = _op_steps(op, clock.plain(found_attribute), prim, report)
         steps += Transform(own).inverted().steps if op.inverse else own
     return tuple(steps), reset
 
 
-def _attributes(prim: Any) -> list[tuple[NamedOp, Any]] | None:
+def _attributes(attribute: Callable[[str], Any]) -> list[tuple[NamedOp, Any]] | None:
     """A prim's operations with their attributes; None where usd-core has to say what they are."""
-    order = prim.GetAttribute("xformOpOrder").Get()
+    said = attribute("xformOpOrder")
+    order = said.Get() if said else None
     if not isinstance(order, Vt.TokenArray):
         return None
-    # Iterators of usd-core's arrays cost microseconds.
-    ops = _named_ops(tuple([order[n] for n in range(len(order))]))
+    ops = _ops_in(order)
     if ops is None:
         return None
-    found = [(op, prim.GetAttribute(op.attribute)) for op in ops]
-    return found if all(attribute for _, attribute in found) else None
+    found = [(op, attribute(op.attribute)) for op in ops]
+    return found if all(own for _, own in found) else None
+
+
+_LAST_ORDER: list[tuple[Any, tuple[NamedOp, ...] | None]] = []
+"""Most prims say the order of the one before: to compare is one call, to read it one for each."""
+
+
+def _ops_in(order: Any) -> tuple[NamedOp, ...] | None:
+    """The operations of an `xformOpOrder`, see `_named_ops`."""
+    if _LAST_ORDER and _LAST_ORDER[0][0] == order:
+        return _LAST_ORDER[0][1]
+    # Iterators of usd-core's arrays cost microseconds.
+    ops = _named_ops(tuple([order[n] for n in range(len(order))]))
+    _LAST_ORDER[:] = [(order, ops)]
+    return ops
 
 
 @lru_cache(4096)
@@ -163,7 +182,7 @@ def _op_steps(op: NamedOp, value: Any, prim: Any, report: Report) -> tuple[Step,
         numbers = _numbers(kind, value)
     except (TypeError, ValueError, AttributeError):
         numbers = np.array([np.nan])
-    if numbers.size != _size(kind) or not np.isfinite(numbers).all():
+    if numbers.size != _size(kind) or not _is_finite(numbers):
         _leave_out(op.name, prim, report)
         return ()
     if kind in _ROTATE:
@@ -181,6 +200,11 @@ def _op_steps(op: NamedOp, value: Any, prim: Any, report: Report) -> tuple[Step,
         message = f"`{op.name}` is projective; only its affine part is used"
         report.add("usd-transform", message, prim.GetPath())
     return (Step(StepKind.MATRIX, np.ascontiguousarray(rows[:, :3].T).ravel()),)
+
+
+def _is_finite(numbers: FloatArray) -> bool:
+    """Whether all are finite; most often their sum tells, which takes less than asking NumPy."""
+    return math.isfinite(sum(numbers.tolist())) or bool(np.isfinite(numbers).all())
 
 
 def _leave_out(name: str, prim: Any, report: Report) -> None:
