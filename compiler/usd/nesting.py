@@ -24,7 +24,7 @@ DEEPEST = 5000
 """Levels of brackets that are read; usd-core crashes at some tens of thousands."""
 
 LAYERS = 10_000
-"""Layers that are looked at."""
+"""Layers that are looked at; a stage that names more, of those that there are, is refused."""
 
 _MAGIC = b"#usda"
 _SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -32,6 +32,10 @@ _BLOCK = 1 << 22
 _ASSET = re.compile(rb"@([^@\r\n]{1,4096})@")
 _PATTERN = re.compile(rb"[\"']([^\"'\r\n\0]{0,4096}#[^\"'\r\n\0]{0,4096})[\"']")
 _LAYER = re.compile(rb"\.usd[acz]?(:|$)", re.IGNORECASE)
+_TEXT = re.compile(rb"([\"'])(.{1,4096}?)\1")
+"""The texts of an expression."""
+_VARIABLE = re.compile(r"\$\{[^}]*\}")
+_NAME = re.compile(r"#+")
 _NUMBER = re.compile(r"#+(\.#+)?")
 """Where the paths of value clips have the time."""
 
@@ -40,10 +44,16 @@ _STEPS[list(b"([{")] = 1
 _STEPS[list(b")]}")] = -1
 
 
+class TooManyLayersError(Exception):
+    """A stage names more layers than are looked at."""
+
+
 def too_deep(path: str) -> str | None:
     """The first layer that is too deep to be read: a file, those its text names, and so on.
 
-    All that a layer names, of other variants and value clips too, and all of a package.
+    All that a layer names, of other variants and value clips too, and all of a package. Of an
+    expression every text in it counts as a name, with anything in place of variables. Raises
+    TooManyLayersError.
     """
     pending, seen = [path], {path}
     for file in pending:
@@ -51,23 +61,43 @@ def too_deep(path: str) -> str | None:
         if _nests_too_deep(file, named):
             return file
         for asset in sorted(named):
-            for found in _files(file, os.fsdecode(asset.split(b":SDF_FORMAT_ARGS:")[0])):
-                if found not in seen and len(seen) < LAYERS:
+            for found in _files(file, asset):
+                if found not in seen and Path(found).is_file():
+                    if len(seen) >= LAYERS:
+                        raise TooManyLayersError
                     seen.add(found)
                     pending.append(found)
     return None
 
 
-def _files(layer: str, asset: str) -> list[str]:
-    """The layers that an asset path of a layer stands for; of a pattern of clips, all there are."""
+def _files(layer: str, asset: bytes) -> list[str]:
+    """The layers that an asset path of a layer may stand for."""
+    if asset.startswith(b"`"):
+        texts = {os.fsdecode(text) for _, text in _TEXT.findall(asset)}
+        return [
+            str(found)
+            for text in sorted(texts)
+            for found in _alike(Path(layer).parent / _VARIABLE.sub("#", text), _NAME)
+        ]
+    return _named(layer, os.fsdecode(asset.split(b":SDF_FORMAT_ARGS:")[0]))
+
+
+def _alike(pattern: Path, variable: re.Pattern[str]) -> list[str]:
+    """The files beside a pattern that it may stand for."""
+    name = variable.sub("*", escape(pattern.name))
+    found = islice(Path(os.path.normpath(pattern.parent)).glob(name), LAYERS)
+    return sorted(str(file) for file in found if file.suffix.lower() in _SUFFIXES)
+
+
+def _named(layer: str, asset: str) -> list[str]:
+    """The layers that a plain asset path stands for; of a pattern of clips, all there are."""
     found = os.path.normpath(Path(layer).parent / asset)
     if not found.lower().endswith(_SUFFIXES):
         return []
     name = Path(found).name
     if "#" not in name:
         return [found]
-    clips = Path(found).parent.glob(_NUMBER.sub("*", escape(name)))
-    return sorted(str(clip) for clip in islice(clips, LAYERS))
+    return _alike(Path(found), _NUMBER)
 
 
 def nests_too_deep(path: str) -> bool:
@@ -99,7 +129,11 @@ def _is_deep(file: IO[bytes], named: set[bytes]) -> bool:
     block = file.read(len(crates.MAGIC))
     file.seek(0)
     if block == crates.MAGIC:
-        named.update(name for name in crate_text(file).split(b"\0") if _LAYER.search(name))
+        named.update(
+            name
+            for name in crate_text(file).split(b"\0")
+            if _LAYER.search(name) or name.startswith(b"`")
+        )
         file.seek(0)
         return crates.crate_nests_too_deep(file, DEEPEST)
     if not block.startswith(_MAGIC):

@@ -11,7 +11,7 @@ from typing import Any
 from pxr import Sdf, Tf, Usd
 
 from compiler.usd.confinement import outside
-from compiler.usd.nesting import DEEPEST, too_deep
+from compiler.usd.nesting import DEEPEST, LAYERS, TooManyLayersError, too_deep
 from compiler.usd.options import StageOptions
 from compiler.usd.report import Report
 from compiler.usd.schema import register
@@ -30,7 +30,12 @@ def open_stage(path: str, options: StageOptions, report: Report) -> Any | None:
         for layer, asset, why in outside(path, options.root):
             message = f"layer `{layer}` refers to `{asset}`, {why}"
             report.add("usd-outside", message, help="put the file into the folder")
-    deep = None if report.failed else too_deep(path)
+    try:
+        deep = None if report.failed else too_deep(path)
+    except TooManyLayersError:
+        deep = None
+        message = f"the stage names more than {LAYERS:,} layers"
+        report.add("usd-open", message, help="flatten some of them into one")
     if deep is not None:
         whose = "the stage" if deep == path else f"layer `{Path(deep).name}`"
         message = f"{whose} nests deeper than {DEEPEST} levels"

@@ -168,6 +168,39 @@ def test_layers_that_nest_too_deep_are_found_wherever_they_are_named(
     ]
 
 
+@pytest.mark.parametrize("suffix", ["usda", "usdc"])
+@pytest.mark.parametrize("expression", ["'${V}.usda'", 'if(eq(${V}, "a"), "x.usda", "deep.usda")'])
+def test_what_expressions_may_name_is_looked_at(
+    tmp_path: Path, expression: str, suffix: str
+) -> None:
+    from pxr import Sdf
+
+    (tmp_path / "deep.usda").write_text("#usda 1.0\n" + 'def "a" {\n' * 50_000 + "}\n" * 50_000)
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.expressionVariables = {"V": "deep"}
+    Sdf.CreatePrimInLayer(layer, "/a").referenceList.Prepend(Sdf.Reference(f"`{expression}`"))
+    layer.Export(str(tmp_path / f"stage.{suffix}"))
+    assert [d.message for d in import_stage(tmp_path / f"stage.{suffix}")[1]] == [
+        "layer `deep.usda` nests deeper than 5000 levels"
+    ]
+
+
+def test_more_layers_than_are_looked_at_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from compiler.usd import nesting, opening
+
+    for name in "abcd":
+        (tmp_path / f"{name}.usda").write_text("#usda 1.0\n")
+    names = ", ".join(f"@{name}.usda@" for name in "abcdefgh")  # of which half are missing
+    (tmp_path / "stage.usda").write_text(f"#usda 1.0\n(subLayers = [{names}])\n")
+    for limit, refused in ((5, False), (4, True)):
+        monkeypatch.setattr(nesting, "LAYERS", limit)
+        monkeypatch.setattr(opening, "LAYERS", limit)
+        said = [d.message for d in import_stage(tmp_path / "stage.usda")[1]]
+        assert (f"the stage names more than {limit} layers" in said) == refused
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_text_of_a_crate_has_all_its_tokens(tmp_path: Path, seed: int) -> None:
     from pxr import Sdf
