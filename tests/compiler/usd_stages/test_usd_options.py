@@ -248,10 +248,12 @@ def test_a_stage_that_takes_too_long_ends_at_the_deadline(car: Path) -> None:
 
 def test_a_stage_at_which_usd_core_crashes_is_an_error(tmp_path: Path) -> None:
     depth = 100_000
-    deep, stage = tmp_path / "deep.usda", tmp_path / "stage.usda"
+    deep, stage = tmp_path / "in" / "deep.usda", tmp_path / "stage.usda"
+    deep.parent.mkdir()
     deep.write_text("#usda 1.0\n" + 'def "a" {\n' * depth + "}\n" * depth)
-    # What an expression names is not known before.
-    stage.write_text('#usda 1.0\n(\n    subLayers = [@`"deep.usda"`@]\n)\n')
+    # A folder in a variable is not known before.
+    variable = 'expressionVariables = { string V = "in/deep" }'
+    stage.write_text(f'#usda 1.0\n(\n{variable}\nsubLayers = [@`"${{V}}.usda"`@]\n)\n')
     _, (fault,) = import_stage(stage, isolation=Isolation())
     assert (fault.code, fault.severity) == ("usd-crash", "error")
 
