@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from compiler import ir
 from compiler.affine import Affine
-from compiler.double_double import DoubleDouble, Part
+from compiler.double_double import ZERO, DoubleDouble, Part
 from compiler.provenance import Texts
+from compiler.transforms import with_inverse
 from compiler.vectors import cross, dot, length, leveling, unit
 from dsl.scene import (
     MATERIAL_PARAMETERS,
@@ -29,6 +30,12 @@ from dsl.scene import (
     Sun,
     Vector,
 )
+
+_MOST_STEPS = 60
+"""Of an iteration that takes about ten."""
+_SETTLED = 2.0**-50
+"""A step of so little has squared it."""
+_NOISE = 2.0**-90
 
 
 class Materials:
@@ -154,15 +161,32 @@ def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDAr
 
 
 def _turned(linear: Sequence[Sequence[DoubleDouble]]) -> FloatArray:
-    """The nearest orthogonal matrix `(3, 3)`: of a similarity its columns, made unit."""
-    axes = np.array([_rounded(unit(axis)) for axis in zip(*linear, strict=True)]).T
-    if np.allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=1e-12):
-        return axes
-    # The polar factor (Higham, "Computing the polar decomposition", 1986).
-    entries = np.array([_rounded(row) for row in linear])
-    left, _, right = np.linalg.svd(entries / np.abs(entries).max())
-    nearest: FloatArray = left @ right
-    return nearest
+    """The nearest orthogonal matrix `(3, 3)`: the polar factor, rounded once; 0 what is noise.
+
+    Newton's iteration X ← (γX + X⁻ᵀ/γ)/2, with γ = (‖X⁻¹‖/‖X‖)^½ rounded to a power of two (Higham,
+    "Computing the polar decomposition", 1986). Of a matrix that is singular to 98 bits the
+    identity.
+    """
+    power = leveling([entry for row in linear for entry in row])
+    turned = [[entry.scaled(power) for entry in row] for row in linear]
+    last = np.zeros((3, 3))
+    with np.errstate(all="ignore"):
+        for _ in range(_MOST_STEPS):
+            inverse = with_inverse(turned, (ZERO, ZERO, ZERO)).inverse.linear
+            there, back = (np.array([_rounded(row) for row in m]) for m in (turned, inverse))
+            if np.abs(there - last).max() < _SETTLED:
+                return np.where(np.abs(there) < _NOISE, 0.0, there)
+            if not np.isfinite(back).all():
+                break
+            last = there
+            ratio = np.frexp(np.abs(back).max())[1] - np.frexp(np.abs(there).max())[1]
+            exponent = int(ratio / 2)
+            half, rest = np.ldexp(0.5, exponent), np.ldexp(0.5, -exponent)
+            turned = [
+                [turned[i][j].scaled(half) + inverse[j][i].scaled(rest) for j in range(3)]
+                for i in range(3)
+            ]
+    return np.eye(3)
 
 
 def _exact(vector: Sequence[float]) -> list[DoubleDouble]:
