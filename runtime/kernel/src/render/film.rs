@@ -125,14 +125,31 @@ impl Columns {
     }
 }
 
-impl Layers {
-    /// Makes them those of a tile, row by row, from its pixels in the tile's order.
+/// Writes N rows of columns, from row number `from` on.
+#[inline(always)]
+fn interleave<T: Copy + Default, const C: usize, const N: usize>(
+    to: &mut [T],
+    columns: &[Vec<T>; C],
+    from: usize,
+) {
+    let mut rows = [[T::default(); C]; N];
+    for (c, column) in columns.iter().enumerate() {
+        let column = &column[from..from + N];
+        for (row, &number) in rows.iter_mut().zip(column) {
+            row[c] = number;
+        }
+    }
+    to[..C * N].copy_from_slice(rows.as_flattened());
+}
+
+impl Band<'_> {
+    /// Puts a finished tile of this band, whose pixels are in the tile's order, in its place.
     #[inline(always)]
-    pub fn arrange(&mut self, tile: &Tile, pixels: &Columns) {
+    pub fn insert(&mut self, tile: &Tile, pixels: &Columns) {
         const RUN: usize = BLOCK as usize;
         let mut from = 0;
         tile.for_each_run(|x, y, len| {
-            let to = (y * tile.width + x) as usize;
+            let to = y as usize * self.width + (tile.x + x) as usize;
             let len = len as usize;
             if len == RUN {
                 self.put::<RUN>(to, pixels, from);
@@ -154,44 +171,4 @@ impl Layers {
         self.depth[to..to + N].copy_from_slice(&pixels.depth[from..from + N]);
         self.instance[to..to + N].copy_from_slice(&pixels.instance[from..from + N]);
     }
-}
-
-/// Writes N rows of columns, from row number `from` on.
-#[inline(always)]
-fn interleave<T: Copy + Default, const C: usize, const N: usize>(
-    to: &mut [T],
-    columns: &[Vec<T>; C],
-    from: usize,
-) {
-    let mut rows = [[T::default(); C]; N];
-    for (c, column) in columns.iter().enumerate() {
-        let column = &column[from..from + N];
-        for (row, &number) in rows.iter_mut().zip(column) {
-            row[c] = number;
-        }
-    }
-    to[..C * N].copy_from_slice(rows.as_flattened());
-}
-
-impl Band<'_> {
-    /// Puts a finished tile of this band, row by row, in its place.
-    #[inline(always)]
-    pub fn insert(&mut self, tile: &Tile, layers: &Layers) {
-        let columns = tile.width as usize;
-        for row in 0..tile.height as usize {
-            let from = row * columns;
-            let to = row * self.width + tile.x as usize;
-            copy::<_, 4>(self.color, &layers.color, to, from, columns);
-            copy::<_, 1>(self.error, &layers.error, to, from, columns);
-            copy::<_, 1>(self.depth, &layers.depth, to, from, columns);
-            copy::<_, 3>(self.normal, &layers.normal, to, from, columns);
-            copy::<_, 1>(self.instance, &layers.instance, to, from, columns);
-        }
-    }
-}
-
-/// Copies `count` pixels of N numbers.
-#[inline(always)]
-fn copy<T: Copy, const N: usize>(to: &mut [T], from: &[T], at: usize, start: usize, count: usize) {
-    to[N * at..N * (at + count)].copy_from_slice(&from[N * start..N * (start + count)]);
 }

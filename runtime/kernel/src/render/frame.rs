@@ -137,9 +137,9 @@ impl Task for Render<'_, '_> {
             let seen = samples.len() as u64;
             frame.samples.fetch_add(seen, Ordering::Relaxed);
         }
-        let layers = samples.finish::<I>(per_pixel);
+        let pixels = samples.finish::<I>(per_pixel);
         let mut band = band.lock().unwrap_or_else(PoisonError::into_inner);
-        band.insert(tile, layers);
+        band.insert(tile, pixels);
         true
     }
 }

@@ -84,17 +84,23 @@ impl Occlusion {
         rays: Range<u32>,
         count: u32,
     ) {
-        self.keys.clear();
-        self.indices.clear();
-        for &slot in &self.vertices.slots[vertices.clone()] {
-            let (key, sample) = (samples.keys[slot as usize], samples.indices[slot as usize]);
-            self.keys.extend(rays.clone().map(|_| key));
-            self.indices
-                .extend(rays.clone().map(|ray| sample * count + ray));
+        // Loops over slices are compiled for the set, closures that fill vectors are not.
+        let drawn = vertices.len() * rays.len();
+        self.keys.resize(drawn, PixelKey::seed(0));
+        self.indices.resize(drawn, 0);
+        let slots = &self.vertices.slots[vertices.clone()];
+        let of_vertices = (self.keys.chunks_exact_mut(rays.len()))
+            .zip(self.indices.chunks_exact_mut(rays.len()))
+            .zip(slots);
+        for ((keys, indices), &slot) in of_vertices {
+            keys.fill(samples.keys[slot as usize]);
+            let sample = samples.indices[slot as usize];
+            for (index, ray) in indices.iter_mut().zip(rays.clone()) {
+                *index = sample * count + ray;
+            }
         }
         let set = frame.picture.set;
         points(set, &self.keys, &self.indices, HEMISPHERE, &mut self.points);
-        let drawn = self.keys.len();
         make_room(&mut self.directions, drawn);
         let [u, v] = &self.points;
         let (mut vertex, mut ray) = (vertices.start, 0);
@@ -115,11 +121,12 @@ impl Occlusion {
             let direction = Basis::new(normal).world(local);
             direction.store(&mut self.directions, first);
         }
-        self.cells.clear();
+        self.cells.resize(drawn, 0);
         let [x, y, z] = &self.directions;
-        let directions = x.iter().zip(y).zip(z).take(drawn);
-        self.cells
-            .extend(directions.map(|((&x, &y), &z)| cell([x, y, z])));
+        let directions = x.iter().zip(y).zip(z);
+        for (to, ((&x, &y), &z)) in self.cells.iter_mut().zip(directions) {
+            *to = cell([x, y, z]);
+        }
     }
 
     /// Traces the rays that were drawn for these vertices, and counts those that hit nothing.
@@ -130,8 +137,10 @@ impl Occlusion {
         self.rays.resize(order.len());
         self.rays.t_min.fill(0.0);
         self.rays.t_max.fill(distance);
-        self.owners.clear();
-        self.owners.extend(order.iter().map(|&ray| ray / each));
+        self.owners.resize(order.len(), 0);
+        for (owner, &ray) in self.owners.iter_mut().zip(order) {
+            *owner = ray / each;
+        }
         for axis in 0..3 {
             let origins = &self.vertices.origin[axis][vertices.clone()];
             for (origin, &owner) in self.rays.origin[axis].iter_mut().zip(&self.owners) {

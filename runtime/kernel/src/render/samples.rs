@@ -1,5 +1,5 @@
 //! The camera samples of a tile: their rays, and what they see.
-use super::film::Layers;
+use super::film::Columns;
 use super::frame::Frame;
 use super::pixels::{GROUP, Pixels, Stretch, refill};
 use super::rays::{RayLists, make_room};
@@ -45,7 +45,6 @@ pub struct Samples {
     corners: [Vec<f64>; 2],
     pixel_keys: Vec<PixelKey>,
     pixels: Pixels,
-    layers: Layers,
 }
 
 impl Samples {
@@ -66,7 +65,6 @@ impl Samples {
             self.numbers.extend(0..(count + MAX_WIDTH) as u32);
             make_room(&mut self.corners, count);
             refill(&mut self.pixel_keys, count, seed);
-            self.layers = Layers::new(count);
         }
         self.tile = *tile;
         let [columns, rows] = &self.places;
@@ -171,11 +169,9 @@ impl Samples {
         self.pixels.add::<I>(&self.radiance, &self.alpha, self.each);
     }
 
-    /// The finished tile, row by row.
+    /// The finished pixels, in the tile's order.
     #[inline(always)]
-    pub fn finish<I: Isa>(&mut self, per_pixel: u32) -> &Layers {
-        let pixels = self.pixels.finish::<I>(per_pixel);
-        self.layers.arrange(&self.tile, pixels);
-        &self.layers
+    pub fn finish<I: Isa>(&mut self, per_pixel: u32) -> &Columns {
+        self.pixels.finish::<I>(per_pixel)
     }
 }

@@ -4,7 +4,8 @@ use super::bundle::Bundle;
 use super::columns::RayColumns;
 use super::entries::{Entries, Entry};
 use super::level::Target;
-use super::parting::{Begin, Part, are_few, large_leaves};
+use super::mesh_ray::MeshPacket;
+use super::parting::{Begin, Part, PartInMesh, are_apart, are_few, large_leaves};
 use super::precision::{Halves, PacketMask, Precision};
 use super::singles::Singles;
 use super::tree_rays::TreeRays;
@@ -141,7 +142,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
                     (level.bundle).visit_block(block, active, &mut self.stack);
                     continue;
                 }
-                if let Some(inner) = self.visit::<ANY>(&mut level, number, active) {
+                if let Some(inner) = self.visit::<ANY>(&mut level, number, active, singles) {
                     self.above.push(std::mem::replace(&mut level, inner));
                 }
                 if ANY && !self.alive.any() {
@@ -206,6 +207,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         level: &mut Level<'s, I>,
         offset: usize,
         active: PacketMask<I>,
+        singles: &mut Singles<'s, I, F>,
     ) -> Option<Level<'s, I>> {
         let row = level.group.start + offset;
         let target = self.scene.target(row);
@@ -221,7 +223,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         let rays: Halves<LevelRays<I::F64>> =
             halves!(|h| entrance.enter_prototype(&level.rays[h], &prototype.space));
         let taken = match &prototype.geometry {
-            Geometry::Mesh(mesh) => self.visit_mesh::<ANY>(&rays, mesh, leaf, active),
+            Geometry::Mesh(mesh) => self.visit_mesh::<ANY>(&rays, mesh, leaf, active, singles),
             Geometry::Shape(shape) => {
                 let (hit, t) =
                     F::packet_shape::<I>(shape, &rays, &self.t_min, &self.best.t, active);
@@ -243,9 +245,10 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     fn visit_mesh<const ANY: bool>(
         &mut self,
         rays: &Halves<LevelRays<I::F64>>,
-        mesh: &Mesh<F>,
+        mesh: &'s Mesh<F>,
         leaf: i64,
         active: PacketMask<I>,
+        singles: &mut Singles<'s, I, F>,
     ) -> PacketMask<I> {
         let nodes = &mesh.tree.nodes;
         let mut all_taken = Mask::none();
@@ -257,6 +260,20 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             return self.visit_triangles::<ANY>(rays, &prepared, block, leaf, active);
         }
         let tree_rays = TreeRays::in_mesh(rays, [&self.t_min, &self.best.t]);
+        if are_apart(mesh.blocks.len(), &tree_rays, active) {
+            return I::call(PartInMesh::<'_, 's, I, F, ANY> {
+                packet: self,
+                singles,
+                mesh: MeshPacket {
+                    mesh,
+                    leaf,
+                    parameter: halves!(|h| rays[h].parameter),
+                    tree_rays,
+                    prepared,
+                },
+                active,
+            });
+        }
         let mut bundle = Bundle::<I>::new(tree_rays, active);
         let stack_base = self.stack.len();
         bundle.visit_node::<false>(nodes, 0, &mut self.stack);

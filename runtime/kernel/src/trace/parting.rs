@@ -13,7 +13,7 @@ use super::singles::Singles;
 use super::tree_rays::TreeRays;
 use crate::bvh::{Child, WIDTH};
 use crate::instance::LevelRays;
-use crate::lanes::{Isa, Lanes, Mask, Task, halves, take_bit};
+use crate::lanes::{Isa, Lanes, Mask, Task, axes, each, halves, take_bit};
 use crate::scene::{Geometry, Group, Scene};
 
 // As many rays as are faster one at a time, measured: in the tree of a group, in an instance of a
@@ -122,6 +122,32 @@ pub(super) fn are_few<F: Precision, const COHERENT: bool>(
     rays <= few || !COHERENT
 }
 
+/// Whether rays that enter a mesh of so many blocks run so far from each other there that they
+/// better go on one at a time.
+#[inline(always)]
+pub(super) fn are_apart<I: Isa>(blocks: usize, rays: &TreeRays<I>, active: PacketMask<I>) -> bool {
+    /// The squared distance of rays that are apart, in areas of blocks: a mesh has size 2.
+    const BLOCKS_BETWEEN: f32 = 10.0;
+    // Where each is nearest to the middle of the mesh.
+    let (origin, direction) = (rays.origin, rays.direction);
+    let [x, y, z] = axes!(|i| origin[i] * direction[i]);
+    let [u, v, w] = axes!(|i| direction[i] * direction[i]);
+    let along = (-(x + y + z) / (u + v + w)).max(I::F32::zero());
+    let nearest = axes!(|i| along.mul_add(direction[i], origin[i]));
+    let limit = I::F32::splat(BLOCKS_BETWEEN / blocks as f32);
+    let far_from = |lane: u32| {
+        let [x, y, z] = each!(nearest, |x| {
+            let difference = x - I::F32::splat(x.get(lane as usize));
+            difference * difference
+        });
+        (x + y + z).gt(limit)
+    };
+    // From two of them, one of which may be alone.
+    let [first, last] = [active.bits().trailing_zeros(), active.bits().ilog2()];
+    let apart = far_from(first) & far_from(last) & active;
+    2 * apart.bits().count_ones() > active.bits().count_ones()
+}
+
 /// Lets a few rays go on one at a time with a child of the level's tree.
 pub(super) struct Part<'a, 's, I: Isa, F: Precision, const ANY: bool> {
     pub packet: &'a mut Packet<'s, I, F>,
@@ -143,13 +169,10 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
             child,
             active,
         } = self;
-        let mut left = active.bits();
         if let Some(mesh) = packet.enter_mesh(level, child) {
-            while let Some(lane) = take_bit(&mut left) {
-                let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
-                singles.start_in_mesh(lane, &mesh, t_min, best);
-            }
+            packet.part_in_mesh::<ANY>(&mesh, active, singles);
         } else {
+            let mut left = active.bits();
             while let Some(lane) = take_bit(&mut left) {
                 let (half, place) = (lane / I::F64::WIDTH, lane % I::F64::WIDTH);
                 let start = single::Level {
@@ -162,12 +185,25 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
                 let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
                 singles.start_at::<ANY>(lane, start, child, t_min, best);
             }
+            packet.collect::<ANY>(active, singles);
         }
-        singles.finish::<ANY>();
-        let hit = packet.best.replace(active.bits(), &singles.found);
-        if ANY {
-            packet.alive = packet.alive.and_not(Mask::from_bits(hit));
-        }
+    }
+}
+
+/// Lets rays that have entered a mesh go on there one at a time; which of them took a hit.
+pub(super) struct PartInMesh<'a, 's, I: Isa, F: Precision, const ANY: bool> {
+    pub packet: &'a mut Packet<'s, I, F>,
+    pub singles: &'a mut Singles<'s, I, F>,
+    pub mesh: MeshPacket<'s, I, F>,
+    pub active: PacketMask<I>,
+}
+
+impl<I: Isa, F: Precision, const ANY: bool> Task for PartInMesh<'_, '_, I, F, ANY> {
+    type Output = PacketMask<I>;
+
+    #[inline(always)]
+    fn run<J: Isa>(self) -> PacketMask<I> {
+        (self.packet).part_in_mesh::<ANY>(&self.mesh, self.active, self.singles)
     }
 }
 
@@ -176,6 +212,37 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     #[inline(always)]
     fn t_min(&self, lane: usize) -> f64 {
         self.t_min[lane / I::F64::WIDTH].get(lane % I::F64::WIDTH)
+    }
+
+    /// Lets rays go on in a mesh one at a time; which of them took a hit.
+    #[inline(always)]
+    fn part_in_mesh<const ANY: bool>(
+        &mut self,
+        mesh: &MeshPacket<'s, I, F>,
+        active: PacketMask<I>,
+        singles: &mut Singles<'s, I, F>,
+    ) -> PacketMask<I> {
+        let mut left = active.bits();
+        while let Some(lane) = take_bit(&mut left) {
+            singles.start_in_mesh(lane, mesh, self.t_min(lane), self.best.get(lane));
+        }
+        self.collect::<ANY>(active, singles)
+    }
+
+    /// Takes what rays that went on one at a time have found; which of them took a hit.
+    #[inline(always)]
+    fn collect<const ANY: bool>(
+        &mut self,
+        active: PacketMask<I>,
+        singles: &mut Singles<'s, I, F>,
+    ) -> PacketMask<I> {
+        singles.finish::<ANY>();
+        let hit = self.best.replace(active.bits(), &singles.found);
+        let hit = Mask::from_bits(hit);
+        if ANY {
+            self.alive = self.alive.and_not(hit);
+        }
+        hit
     }
 
     /// The rays in the space of a mesh, if the child of the level's tree is an instance of one.
