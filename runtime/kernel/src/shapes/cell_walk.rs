@@ -9,10 +9,15 @@
 //! No seam can crack: the walk knows whether it is inside or outside, and takes the first time in a
 //! stretch at which the stretch's cell says otherwise, be it the stretch's very start, where
 //! rounding has let the one before end without a crossing.
+//!
+//! Most features, all but a hole's, are on the border of the core's convex hull: behind the plane
+//! through the feature's nearest point across the offset lies all of the core. A ray that is outside
+//! of the solid in such a cell, and does not come nearer to the feature, never meets the solid:
+//! rays that leave a surface mostly end with that.
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 
-use super::ray_lanes::{RayLanes, Span};
+use super::ray_lanes::{RayLanes, Span, distance_to_axis};
 use super::ray_ring::first_end;
 use super::ray_torus::Tube;
 
@@ -20,10 +25,12 @@ use super::ray_torus::Tube;
 #[derive(Clone, Copy)]
 pub(super) struct Cell<L: Lanes> {
     /// From the feature to the point, in a frame of the feature; components along the feature are
-    /// zero.
+    /// zero. At a tube, from its circle's centre.
     pub offset: [L; 3],
     /// How fast `offset` changes along the ray.
     pub rate: [L; 3],
+    /// Where the feature bounds the convex hull of the core.
+    pub convex: L::Mask,
     /// The solid is where |offset| ≤ radius...
     pub radius: L,
     /// ...or, here, where it is greater: a hole's wall.
@@ -76,6 +83,19 @@ impl<L: Lanes> Cell<L> {
         solid
     }
 
+    /// Where a ray that is outside of the solid never meets it.
+    #[inline(always)]
+    fn is_left(&self) -> L::Mask {
+        let ([x, y, z], [dx, dy, dz]) = (self.offset, self.rate);
+        let mut around = x.mul_add(dx, z * dz);
+        if self.tube.any() {
+            // From the circle: in the plane of the axis the offset is ρ − R instead of ρ.
+            let part = L::splat(L::Scalar::ONE) - self.major / distance_to_axis([x, y, z]);
+            around = L::select(self.tube, around * part, around);
+        }
+        self.convex & y.mul_add(dy, around).ge(L::zero())
+    }
+
     #[inline(always)]
     fn as_tube(&self, ray: &RayLanes<L>) -> Tube<L> {
         let [x, y, z] = ray.o;
@@ -114,7 +134,8 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
     // Heights are differences of squares: 2 r times the distance.
     let noise = L::splat(F::from_f64(16.0 * F::EPS.to_f64())) * cell.radius;
     let met = active.and_not(starts_within) & height.le(noise);
-    let mut open = active.and_not(met);
+    let mut inside = starts_within & height.lt(L::zero());
+    let mut open = active.and_not(met | cell.is_left().and_not(inside));
     let mut found = met;
     let mut t = start;
     // Faces of both solids coincide: leave room to leave by one.
@@ -124,7 +145,6 @@ pub(super) fn first_crossing<F: Scalar, S: Cells<F>, L: Lanes<Scalar = F>, const
         near: start,
         far: end,
     };
-    let mut inside = starts_within & height.lt(L::zero());
     // A ray that starts on the surface may be taken to be on the wrong side of it.
     for _ in 0..2 {
         if !open.any() {

@@ -66,10 +66,12 @@ impl<F: Scalar> BevelledRing<F> {
     ) -> Cell<L> {
         let zero = L::zero();
         let [low, high] = L::splats(self.level);
-        let tube = p[1].lt(low) | p[1].gt(high);
+        let up = self.up(p[1]);
+        let tube = !up.eq(zero);
         Cell {
-            offset: [p[0], zero, p[2]],
-            rate: [d[0], zero, d[2]],
+            offset: [p[0], up, p[2]],
+            rate: [d[0], L::select(tube, d[1], zero), d[2]],
+            convex: !inner,
             radius: L::select(tube, L::splat(self.bevel), pick(inner, self.wall)),
             hollow: inner,
             tube,
@@ -119,6 +121,7 @@ impl<F: Scalar> Cells<F> for BevelledRing<F> {
             offset: axes!(|i| L::select(between, cap[i], arc.offset[i])),
             rate: axes!(|i| L::select(between, cap_rate[i], arc.rate[i])),
             radius: L::select(between, L::splat(self.bevel), arc.radius),
+            convex: arc.convex | between,
             hollow: arc.hollow & !between,
             tube: arc.tube & !between,
             ..arc

@@ -171,6 +171,11 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
         let up_rate = L::select(up.eq(zero), zero, d[1]);
         let side_rate = [L::select(past_end, rate.a, zero), up_rate, rate.q];
 
+        let hull_side = if self.sector.reflex {
+            L::Mask::none()
+        } else {
+            side_offset[0].ge(zero)
+        };
         let on_arc = self.ring.arc(p, d, inner_arc);
         let (cap, cap_rate) = ([zero, up, zero], [zero, up_rate, zero]);
         let (offset, rate) = (
@@ -181,6 +186,7 @@ impl<F: Scalar> Cells<F> for BevelledWedge<F> {
             offset: axes!(|i| L::select(arc, on_arc.offset[i], offset[i])),
             rate: axes!(|i| L::select(arc, on_arc.rate[i], rate[i])),
             radius: L::select(arc, on_arc.radius, b),
+            convex: (core | hull_side | arc).and_not(inner_arc),
             hollow: inner_arc.and_not(on_arc.tube),
             tube: arc & on_arc.tube,
             ..on_arc
