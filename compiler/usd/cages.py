@@ -23,7 +23,7 @@ SMALL = 1024
 """Corners and points of a mesh that is cut together with others."""
 
 BATCH = 1 << 16
-"""Corners that are cut at once, about."""
+"""Corners that are cut at once, about; a prim counts as some more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +121,8 @@ class CagesAhead:
         for visit in self._coming:
             cage = read_cage(visit, self._clock)
             yield visit, cage
-            corners += 0 if cage.indices is None else len(cage.indices)
+            # Until it is drawn a prim keeps its properties, a kilobyte.
+            corners += 16 + (0 if cage.indices is None else len(cage.indices))
             if corners > BATCH:
                 return
 
