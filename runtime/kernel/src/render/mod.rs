@@ -15,6 +15,7 @@ pub mod dome;
 pub mod film;
 mod frame;
 pub mod light;
+mod lobe;
 pub mod material;
 mod occlusion;
 mod order;
