@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -26,7 +27,7 @@ class PrototypeArrays(NamedTuple):
 
 
 class Prototypes:
-    """Distinct shapes (by kind and numbers) and meshes (by their arrays), as they come.
+    """Distinct shapes (by kind and numbers) and meshes (by their contents), as they come.
 
     Of the shapes of a scene, `among` its `nodes`, many that differ in size alone are one unit, see
     `dsl.sizes`. `equal` counts nodes that were equal to an earlier one, `empty` meshes without
@@ -37,6 +38,7 @@ class Prototypes:
         self.nodes: list[Shape | Mesh] = []
         self.equal = self.empty = 0
         self._numbers: dict[object, int] = {}
+        self._digests: dict[tuple[int, int], bytes] = {}
         self._units = scaled_units([node for node in among if isinstance(node, Shape)])
 
     def index(self, node: Node) -> Leaf | None:
@@ -56,7 +58,7 @@ class Prototypes:
             if not len(node.triangles):
                 self.empty += 1
                 return None
-            key = (id(node.points), id(node.triangles), *map(id, node.attributes))
+            key = self._contents(node)
         else:
             return None
         number = self._numbers.setdefault(key, len(self.nodes))
@@ -65,6 +67,15 @@ class Prototypes:
         else:
             self.equal += 1
         return Leaf(number, size)
+
+    def _contents(self, mesh: Mesh) -> tuple[object, ...]:
+        """Equal for meshes of the same points and faces, with the very same attributes."""
+        arrays = (id(mesh.points), id(mesh.triangles))
+        if arrays not in self._digests:
+            points = hashlib.blake2b((mesh.points + 0.0).tobytes())  # -0 is 0
+            triangles = hashlib.blake2b(mesh.triangles.astype(np.int64).tobytes())
+            self._digests[arrays] = points.digest() + triangles.digest()
+        return (self._digests[arrays], *map(id, mesh.attributes))
 
     def sizes(self) -> NDArray[np.float64]:
         """What no coordinate of each prototype exceeds; of a plane, that of its origin."""
