@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 import ovolo
 from compiler.ir_text import print_ir
 from runtime import textures
+from runtime._kernel import instruction_sets
+from runtime.render import render
 from tests.runtime.textured_quad import material, write_image
 
 AXES = {name: np.array(v, float) for name, v in zip("xyz", np.eye(3), strict=True)}
@@ -334,3 +336,23 @@ def test_a_program_reads_the_pictures_of_its_root_only(
     with pytest.raises(ovolo.CompileError) as refused:
         ovolo.compile('sky(texture: "../sky.exr")', root=tmp_path / "inner")
     assert [d.code for d in refused.value.diagnostics] == ["file-outside"]
+
+
+def test_neither_threads_nor_instruction_sets_change_a_picture_under_a_sky(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    four_colors(tmp_path / "sky.exr")
+    program = """
+        camera(from: (0, 2, 6), at: (0, 0.5, 0), fov: 40deg)
+        sky(texture: "sky.exr").rotate_y(40deg)
+        plane().translate(0, -1, 0).material(matte(rgb(0.4, 0.5, 0.6)))
+        sphere().material(metal(rgb(0.9, 0.8, 0.7), roughness: 0.2))
+        box(bevel: 0.1).translate(1.6, 0, 0)
+    """
+    scene = in_folder(tmp_path, monkeypatch, program)
+    first, *others = (
+        render(scene.ir, width=40, height=30, samples=4, threads=threads, isa=isa)
+        for threads, isa in [(1, None), (3, None), *((2, isa) for isa in instruction_sets())]
+    )
+    for film in others:
+        np.testing.assert_array_equal(film.color, first.color)
