@@ -237,9 +237,8 @@ def _each(fill: Callable[[Chunk], None], chunks: Sequence[Chunk]) -> None:
             other.result()
 
 
-def _significant(lo: Part, hi: Part) -> Part:
-    """`lo` where it says something about `hi` and float32 can hold it, else 0."""
+def _significant(lo: Part, hi: Part) -> NDArray[np.float32] | np.float32:
+    """`lo` where it says something about `hi` and float32 can hold it, else 0 without sign."""
     with np.errstate(invalid="ignore"):
         says = (np.abs(lo) > _NOISE * np.abs(hi)) & (np.abs(lo) < np.finfo(np.float32).max)
-        part: Part = np.where(says, lo, 0.0)[()]
-    return part
+    return np.where(says, lo, 0.0).astype(np.float32) + np.float32(0.0)

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from compiler.flatten import flatten
@@ -86,6 +86,7 @@ def test_text_reads_back_to_the_same_bits(root: Node) -> None:
     st.lists(st.floats(0.01, 100), min_size=3, max_size=3),
     st.floats(-360, 360),
 )
+@example([0.0, 289263.0042300327, -1.1715218342273312e-95], [1.0, 28.0, 3.0], 0.0)
 def test_any_placement_reads_back_to_the_same_bits(
     shift: list[float], scale: list[float], angle: float
 ) -> None:
