@@ -53,6 +53,7 @@ class Example:
         for name, text in {self.file: self.source, **self.files}.items():
             encoding = "latin-1" if name.startswith("latin") else "utf-8"
             newline = {"cr": "\r", "crlf": "\r\n"}.get(name.partition(".")[0], "")
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding=encoding, newline=newline)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from dsl.calls import Site
+from dsl.faults import Fault
 from dsl.kinds import ANGLE, NUMBER, TRANSFORM, VECTOR3
 from dsl.lanes import stacked
 from dsl.scene import Step, StepKind, Transform, Vector
@@ -60,11 +61,11 @@ def _reflect(site: Site, axis: Vector) -> Transform:
 
 def _matrix(site: Site, numbers: tuple[float, ...]) -> Transform:
     if len(numbers) != 12:
-        raise site.fault(
-            "type-missing-argument" if len(numbers) < 12 else "type-too-many-arguments",
-            f"`matrix` takes 12 numbers, not {len(numbers)}",
-            help="three rows of four numbers; the fourth of each row is the translation",
-        )
+        message = f"`matrix` takes 12 numbers, not {len(numbers)}"
+        rows = "three rows of four numbers; the fourth of each row is the translation"
+        if len(numbers) > 12:
+            raise Fault("type-too-many-arguments", message, site.arguments[12].span, help=rows)
+        raise site.fault("type-missing-argument", message, help=rows)
     return step(StepKind.MATRIX, *numbers)
 
 
