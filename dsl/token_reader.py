@@ -264,7 +264,7 @@ class TokenReader:
         self.deeper(opener)
         items: list[_Item] = []
         kinds = self.kinds
-        while kinds[self.position] != closer:
+        while kinds[self.position] not in (closer, "newline", "end", "}"):
             if kinds[self.position] == ",":
                 self.expected(f"an {what}" if what[0] in "aeiou" else f"a {what}")
             items.append(item())
