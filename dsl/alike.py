@@ -1,4 +1,4 @@
-"""Lines of one form: consecutive statements that differ in their numbers only.
+"""Lines of one form: statements that differ in their numbers only, in any order among others.
 
 Programs that write scenes write such lines by the thousand. The form of a line is its text with
 every number replaced by one and the same; what has the form of another line has its words and its

@@ -3,7 +3,7 @@ use super::direct::LAYERS;
 use super::dome::Dome;
 use super::frame::Frame;
 use super::light::Light;
-use super::material::Materials;
+use super::material::{Material, Materials};
 use super::rays::{RayLists, make_room};
 use super::samples::Samples;
 use super::vector::Vec3;
@@ -19,6 +19,14 @@ pub struct Shadows {
     light: [Vec<f64>; 3],
     occluded: Vec<bool>,
     hits: Hits,
+}
+
+/// A vertex that light arrives at.
+struct Lit<'m> {
+    material: &'m Material,
+    normal: Vec3,
+    view: Vec3,
+    weight: f64,
 }
 
 impl Shadows {
@@ -125,21 +133,12 @@ impl Shadows {
         vertices: &Vertices,
         materials: Materials,
         radiance: Vec3,
-        [u, v]: &[Vec<f64>; 2],
+        points: &[Vec<f64>; 2],
     ) {
-        self.start(vertices.len());
-        for vertex in 0..vertices.len() {
-            let material = materials.get(vertices.materials[vertex]);
-            let normal = Vec3::load(&vertices.normal, vertex);
-            let view = Vec3::load(&vertices.view, vertex);
-            let drawn = material.draw(normal, view, [u[vertex], v[vertex]]);
-            if let Some((direction, weight)) = drawn {
-                let light = weight * radiance * vertices.weights[vertex];
-                let lit = u32::from(light != Vec3::ZERO);
-                self.push(vertices, vertex, lit, light, direction, f64::INFINITY);
-            }
-        }
-        self.rays.truncate(self.slots.len());
+        self.distant(vertices, materials, points, |at, point| {
+            let (direction, weight) = at.material.draw(at.normal, at.view, point)?;
+            Some((direction, weight * radiance * at.weight))
+        });
     }
 
     /// Makes the batch that of a dome on all vertices, in one direction drawn for each.
@@ -153,27 +152,43 @@ impl Shadows {
         vertices: &Vertices,
         materials: Materials,
         dome: &Dome,
+        points: &[Vec<f64>; 2],
+    ) {
+        self.distant(vertices, materials, points, |at, [u, v]| {
+            let u = 2.0 * u;
+            let (direction, of_dome) = if u < 1.0 {
+                dome.draw([u, v])
+            } else {
+                let direction = at
+                    .material
+                    .draw_direction(at.normal, at.view, [u - 1.0, v])?;
+                (direction, dome.density(direction))
+            };
+            let (reflectance, of_material) = at.material.reflect(at.normal, at.view, direction)?;
+            let weight = at.weight * 2.0 / (of_dome + of_material);
+            Some((direction, reflectance * dome.radiance(direction) * weight))
+        });
+    }
+
+    /// Makes the batch that of light from beyond all surfaces: `draw` gives a direction for a vertex
+    /// and a sample point, and the light that arrives if nothing hides it.
+    #[inline(always)]
+    fn distant<'m>(
+        &mut self,
+        vertices: &Vertices,
+        materials: Materials<'m>,
         [u, v]: &[Vec<f64>; 2],
+        draw: impl Fn(Lit<'m>, [f64; 2]) -> Option<(Vec3, Vec3)>,
     ) {
         self.start(vertices.len());
         for vertex in 0..vertices.len() {
-            let material = materials.get(vertices.materials[vertex]);
-            let normal = Vec3::load(&vertices.normal, vertex);
-            let view = Vec3::load(&vertices.view, vertex);
-            let (u, v) = (2.0 * u[vertex], v[vertex]);
-            let drawn = if u < 1.0 {
-                Some(dome.draw([u, v]))
-            } else {
-                let direction = material.draw_direction(normal, view, [u - 1.0, v]);
-                direction.map(|direction| (direction, dome.density(direction)))
+            let at = Lit {
+                material: materials.get(vertices.materials[vertex]),
+                normal: Vec3::load(&vertices.normal, vertex),
+                view: Vec3::load(&vertices.view, vertex),
+                weight: vertices.weights[vertex],
             };
-            let Some((direction, of_dome)) = drawn else {
-                continue;
-            };
-            let reflected = material.reflect(normal, view, direction);
-            if let Some((reflectance, of_material)) = reflected {
-                let weight = vertices.weights[vertex] * 2.0 / (of_dome + of_material);
-                let light = reflectance * dome.radiance(direction) * weight;
+            if let Some((direction, light)) = draw(at, [u[vertex], v[vertex]]) {
                 let lit = u32::from(light != Vec3::ZERO);
                 self.push(vertices, vertex, lit, light, direction, f64::INFINITY);
             }
