@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -72,6 +71,8 @@ class Prototypes:
         """Equal for meshes of the same points and faces, with the very same attributes."""
         arrays = (id(mesh.points), id(mesh.triangles))
         if arrays not in self._digests:
+            import hashlib  # which loads a library of its own, and few scenes have meshes
+
             points = hashlib.blake2b((mesh.points + 0.0).tobytes())  # -0 is 0
             triangles = hashlib.blake2b(mesh.triangles.astype(np.int64).tobytes())
             self._digests[arrays] = points.digest() + triangles.digest()

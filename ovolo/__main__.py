@@ -15,6 +15,7 @@ from typing import NoReturn
 
 import ovolo
 from dsl.diagnostics import CompileError
+from dsl.garbage import seldom_collecting
 from dsl.suggest import did_you_mean
 from ovolo.exits import Exit, StopError
 from ovolo.terminal import print_stop, report
@@ -137,7 +138,8 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         )
         if name == chosen:
             # `import` is a word of Python's own, and its module `import_`.
-            module = import_module(f"ovolo.commands.{name}{'_' * iskeyword(name)}")
+            with seldom_collecting():
+                module = import_module(f"ovolo.commands.{name}{'_' * iskeyword(name)}")
             module.configure(command)
             command.set_defaults(run=module.run, json=False)
     return parser
