@@ -111,7 +111,7 @@ def light_table(lights: Sequence[tuple[Light, Affine]], texts: Texts) -> NDArray
                 row["kind"] = ir.SUN
             case PointLight():
                 vector, color = _placed(placement, light.position), light.intensity
-                size = _product(light.radius, _growth(placement.linear))
+                size = _product(light.radius, _growth(placement.linear)) if light.radius else 0.0
                 row["kind"] = ir.POINT
                 if _shape(row, light.shaping):
                     row["w"] = _rounded(unit(_applied(placement.linear, _exact(light.direction))))

@@ -49,10 +49,11 @@ class Example:
         return self.chapter == "advice"
 
     def write_files(self, folder: Path) -> None:
-        """Write the source and the files beside it; names begin with how, see the README."""
+        """Write the source and the files beside it; some names say how, see the README."""
         for name, text in {self.file: self.source, **self.files}.items():
-            encoding = "latin-1" if name.startswith("latin") else "utf-8"
-            newline = {"cr": "\r", "crlf": "\r\n"}.get(name.partition(".")[0], "")
+            stem = name.partition(".")[0]
+            encoding = {"latin": "latin-1", "bom": "utf-8-sig"}.get(stem, "utf-8")
+            newline = {"cr": "\r", "crlf": "\r\n"}.get(stem, "")
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding=encoding, newline=newline)
 

@@ -170,7 +170,7 @@ class ExpressionParser(TokenReader, ABC):
                 self.report(
                     "syntax-positional-after-named",
                     "an argument without a name after one with a name",
-                    argument.span,
+                    argument.value.span,
                     secondary=(Label(named.span, "this one has a name"),),
                     help=POINT
                     if self.is_decimal_comma(argument.span.start)
