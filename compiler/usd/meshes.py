@@ -41,7 +41,7 @@ class Meshes:
         self._appearance = appearance
         self._surfaces: dict[Hashable, MeshSurface | None] = {}
         self._parts: dict[tuple[Hashable, bytes, tuple[str, ...]], list[Mesh]] = {}
-        self._primvars = Primvars(clock, report)
+        self.primvars = Primvars(clock, report)
 
     def ahead(self, visits: Iterable[Visit]) -> CagesAhead:
         """The cages of the meshes among prims that have not been read, but for instances."""
@@ -74,11 +74,13 @@ class Meshes:
         cages: CagesAhead,
         *,
         skinned: bool,
+        varied: bool,
     ) -> list[tuple[Mesh, Material | None]]:
         """The meshes of a prim, one per material, each with its material.
 
         A material is None where it comes from above the base or from nowhere. Faces of the
         `subsets` take a subset's binding, all others the mesh's, or else the display colour.
+        Of a prim whose attributes are `varied`, those of each instance are its own.
         """
         prim = visit.prim
         # Instances of one skinned mesh may be moved by different animations.
@@ -96,13 +98,14 @@ class Meshes:
         if subsets:
             labels = self._by_subset(subsets, labels, surface.face_count, materials, base)
         bound = binding.material if binding is not None else None
-        attributes = self._primvars.of_surface(prim, visit.authored, surface, [bound, *materials])
+        attributes = self.primvars.of_surface(prim, visit.authored, surface, [bound, *materials])
         named = tuple(attribute.name for attribute in attributes)
-        used, key = [0], (shared, b"", named)
+        whose = visit.path if varied else shared
+        used, key = [0], (whose, b"", named)
         if labels is not None:
             of_triangle = labels[surface.cut.faces]
             used = np.unique(of_triangle).tolist()
-            key = (shared, of_triangle.tobytes() if len(used) > 1 else b"", named)
+            key = (whose, of_triangle.tobytes() if len(used) > 1 else b"", named)
         if key not in self._parts:
             chosen = [None] if len(used) == 1 else [np.flatnonzero(of_triangle == u) for u in used]
             self._parts[key] = [surface.part(part, attributes) for part in chosen]

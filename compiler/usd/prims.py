@@ -60,7 +60,7 @@ class Authored:
     @cached_property
     def inherited(self) -> bool:
         """Whether anything here is passed on to prims below."""
-        return self.bound or self.colored or "visibility" in self or "purpose" in self
+        return self.bound or self.primvars or "visibility" in self or "purpose" in self
 
     @cached_property
     def primvars(self) -> bool:
@@ -133,13 +133,15 @@ class PrimTypes:
 class Inherited:
     """What a prim passes on to those below it.
 
-    `bound` and `colored` say whether materials, or a display colour or opacity, may be theirs.
+    `bound`, `colored` and `primvars` say whether materials, a display colour or opacity, or any
+    primvars may be theirs.
     """
 
     visible: bool = True
     purpose: str = "default"
     bound: bool = False
     colored: bool = False
+    primvars: bool = False
     collections: bool = False  # whether a material collection above may single out prims
     prototype: bool = False  # whether a point instancer above draws it
     skeletal: bool = False  # whether it is a SkelRoot, or below one
@@ -162,6 +164,7 @@ class Inherited:
             purpose,
             self.bound or authored.bound,
             self.colored or authored.colored,
+            self.primvars or authored.primvars,
             self.collections or authored.collections,
             self.prototype,
             self.skeletal or type.skeletal,

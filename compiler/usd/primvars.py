@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import UsdGeom
+from pxr import Sdf, UsdGeom
 
+from compiler.usd.appearance import Base
 from compiler.usd.clock import Clock, numbers
 from compiler.usd.prims import Authored
 from compiler.usd.refinement import Refinement
@@ -24,11 +25,12 @@ Rows = NDArray[np.integer]
 
 
 class Primvars:
-    """Reads the primvars of a stage's meshes."""
+    """Reads the primvars of a stage's meshes; `read` has the paths of those that materials name."""
 
     def __init__(self, clock: Clock, report: Report) -> None:
         self._clock = clock
         self._report = report
+        self.read: set[Sdf.Path] = set()
 
     def of_surface(
         self,
@@ -44,6 +46,7 @@ class Primvars:
         for name in named:
             primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
             if primvar and primvar.HasValue():
+                self.read.add(primvar.GetAttr().GetPath())
                 values = self._clock.value(primvar.GetAttr())
                 indices = self._indices(primvar)
                 token = str(primvar.GetInterpolation())
@@ -121,6 +124,15 @@ class Primvars:
     def _ignore(self, prim: Any, name: str, why: str) -> None:
         message = f"the primvar `{name}` {why}, and is ignored"
         self._report.add("usd-primvar", message, prim.GetPath())
+
+
+def inherits(prim: Any, names: Iterable[str], base: Base) -> bool:
+    """Whether a primvar of these names comes to a prim from the root of an instance, or above."""
+    primvars = UsdGeom.PrimvarsAPI(prim)
+    found = (primvars.FindPrimvarWithInheritance(name) for name in names)
+    return any(
+        primvar and not base.owns(primvar.GetAttr().GetPrim().GetPath()) for primvar in found
+    )
 
 
 def _refined(

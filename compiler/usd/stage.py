@@ -90,6 +90,7 @@ def _import(
     parent = root.GetParent() if only is not None else None
     above = traversal.inherited(parent) if parent else Inherited()
     frame = traversal.walk(root, above, Base())
+    traversal.check_passed_on()
     items = list(frame.items)
     chain = world_steps(parent, clock, report) if parent else ()
     if chain and items:

@@ -25,6 +25,7 @@ from compiler.usd.nurbs_curves import read_nurbs_curves
 from compiler.usd.options import KNOWN_PURPOSES, PURPOSES, StageOptions
 from compiler.usd.patches import read_patch
 from compiler.usd.prims import Inherited, PrimTypes
+from compiler.usd.primvars import inherits
 from compiler.usd.report import Report
 from compiler.usd.round import Round
 from compiler.usd.sheets import is_singular, pressed
@@ -105,6 +106,10 @@ class Traversal:
         text = str(path)
         return Origin(PrimPlace(self.name, text), frame.base.label(text), point=point)
 
+    def check_passed_on(self) -> None:
+        """Report what prims pass on and nothing has read: the last that is asked of the stage."""
+        self._unused.check_passed_on(self._meshes.primvars.read)
+
     def walk(self, root: Any, above: Inherited, base: Base, *, inside: bool = False) -> Frame:
         """Walk the prims at and below `root`, or only those below it (`inside`)."""
         frame = Frame(base)
@@ -162,6 +167,7 @@ class Traversal:
             above,
             bound=within.bound,
             colored=within.colored,
+            primvars=within.primvars,
             collections=above.collections or within.collections,
             prototype=True,
         )
@@ -243,6 +249,16 @@ class Traversal:
     def _pose(self, visit: Visit, frame: Frame) -> tuple[Step, ...]:
         return self._skinning.steps(visit.prim) if self._is_skinned(visit, frame) else ()
 
+    def _varies(self, visit: Visit, frame: Frame, *names: str) -> bool:
+        """Whether a prim inherits a primvar of these names from the instance around it, or above.
+
+        Other instances may have another, so what is drawn then is not shared with them.
+        """
+        varies = visit.proxy and visit.inherited.primvars
+        varies = varies and inherits(visit.prim, names, frame.base)
+        frame.shared = frame.shared and not varies
+        return varies
+
     def _draw_stand_in(self, visit: Visit, frame: Frame) -> None:
         if self._is_shown(visit):
             node = draw_stand_in(visit.prim, visit.mode, self._shown, self.clock, self.report)
@@ -269,6 +285,7 @@ class Traversal:
         if display is not None and display.below and display.above:
             frame.shared = False
         skinned = self._is_skinned(visit, frame)
+        names = self._attributes(visit) if visit.inherited.primvars else ()
         origin = self.origin(visit.path, frame)
         for mesh, material in self._meshes.parts(
             visit,
@@ -278,6 +295,7 @@ class Traversal:
             frame.base,
             cages,
             skinned=skinned,
+            varied=self._varies(visit, frame, *names),
         ):
             visit.own.append(Instances(bound(mesh, material), Transform(), origin=origin))
 
@@ -291,6 +309,7 @@ class Traversal:
         else:
             node = _group(read(visit.prim, self._round, self.clock, self.report))
         if node is not None:
+            self._varies(visit, frame, "widths")
             child = bound(node, self.material(visit.prim, visit.inherited, frame))
             posed = Transform(self._pose(visit, frame))
             visit.own.append(Instances(child, posed, origin=self.origin(visit.path, frame)))

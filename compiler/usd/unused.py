@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 import numpy as np
+from pxr import Sdf
 
 from compiler.usd.clock import Clock
 from compiler.usd.prims import Authored, PrimType
@@ -238,6 +239,7 @@ class Unused:
         self._clock = clock
         self._report = report
         self._suspects: dict[tuple[PrimType, Authored], tuple[str, ...]] = {}
+        self._passed_on: list[tuple[Sdf.Path, str]] = []
 
     def check(
         self, prim: Any, type: PrimType, authored: Authored, named: Collection[str] = ()
@@ -274,10 +276,19 @@ class Unused:
                 continue
             if name.startswith("primvars:"):
                 what = f"primvar `{name.removeprefix('primvars:')}`"
+                if not type.gprim:
+                    self._passed_on.append((prim.GetPath().AppendProperty(name), what))
+                    continue
             else:
                 what = f"`{name}` of `{kind}` prims"
             mend = next((_MENDS[begin] for begin in _MENDS if name.startswith(begin)), None)
             self._report.add("usd-unused", f"{what} is not used", prim.GetPath(), mend)
+
+    def check_passed_on(self, read: Collection[Sdf.Path]) -> None:
+        """Report the primvars of prims that only pass them on, but for those `read` below."""
+        for path, what in self._passed_on:
+            if path not in read:
+                self._report.add("usd-unused", f"{what} is not used", path.GetPrimPath())
 
     def _is_smooth(self, prim: Any) -> bool:
         """Whether a mesh is a subdivision surface, whose normals USD says to ignore."""

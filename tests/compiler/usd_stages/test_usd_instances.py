@@ -161,3 +161,57 @@ class Mesh "_m" {
     targets = ir.instance_target.tolist()
     assert len(set(targets)) == 2
     assert targets.count(targets[3]) == 1
+
+
+PRIMVARS_ABOVE = """
+def Material "painted" {
+    token outputs:surface.connect = </painted/surface.outputs:surface>
+    def Shader "surface" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </painted/reader.outputs:result>
+        token outputs:surface
+    }
+    def Shader "reader" {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname = "tint"
+        float3 outputs:result
+    }
+}
+class Xform "_x" {
+    def Points "drops" {
+        point3f[] points = [(0, 0, 0)]
+    }
+    def Mesh "leaf" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+        rel material:binding = </painted>
+        uniform token subdivisionScheme = "none"
+        point3f[] points = [(0, 0, 0), (4, 0, 0), (4, 4, 0)]
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+    }
+}
+"""
+
+
+def test_each_instance_passes_its_own_primvars_on(load: Callable[..., Any]) -> None:
+    said = {
+        "plain": "",
+        "thin": "float[] primvars:widths = [0.5]",
+        "red": "color3f[] primvars:tint = [(1, 0, 0)]",
+        "thick": "float[] primvars:widths = [3]",
+        "green": "color3f[] primvars:tint = [(0, 1, 0)]",
+        "wasted": "color3f[] primvars:hue = [(0, 1, 0)]",
+    }
+    imported = load(
+        PRIMVARS_ABOVE
+        + "".join(
+            f'def Xform "{name}" (instanceable = true\n inherits = </_x>) {{ {line}\n }}\n'
+            for name, line in said.items()
+        )
+    )
+    radii = {name: imported.leaf(f"/{name}/drops").world[0, 0] for name in said}
+    assert radii == dict.fromkeys(said, 0.5) | {"thin": 0.25, "thick": 1.5}
+    leaves = {name: imported.leaf(f"/{name}/leaf").node for name in said}
+    tints = {name: [a.values.tolist() for a in leaf.attributes] for name, leaf in leaves.items()}
+    assert tints == {name: [] for name in said} | {"red": [[[1, 0, 0]]], "green": [[[0, 1, 0]]]}
+    assert leaves["plain"] is leaves["thin"]
+    assert [d.message for d in imported.diagnostics] == ["primvar `hue` is not used"]
