@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from dsl import ast
 from dsl.diagnostics import Label
-from dsl.elsewhere import BESIDE, PARAMETERS
+from dsl.elsewhere import BESIDE, FOLLOWING, MIDDLE, PARAMETERS
 from dsl.faults import Fault, Poisoned, mismatch, source_text
 from dsl.files import Files
 from dsl.kinds import ANGLE, COLOR, INTERVAL, VECTOR3
@@ -127,10 +127,12 @@ def _misfit(name: str, parameters: Sequence[str], arguments: Arguments, form: Fo
                 help=_instead_of(word, parameters) or form(),
             )
         if word in taken:
+            in_order = ", ".join(f"`{name}`" for name in parameters[: len(positional)])
             return Fault(
                 "type-argument-twice",
                 f"`{word}` is given twice",
                 place,
+                help=f"those without a name are {in_order}" if len(positional) > 1 else None,
                 secondary=(Label(taken[word].span, "given here already"),),
             )
         taken[word] = argument
@@ -141,7 +143,7 @@ def _instead_of(word: str, parameters: Sequence[str]) -> str | None:
     """Help for a parameter that a function has not, if another may be meant."""
     meant, help = PARAMETERS.get(word, ("", ""))
     near = did_you_mean(word, parameters) or _abbreviated(word, parameters)
-    return near or (help if meant in parameters else None)
+    return near or (help if meant in parameters else FOLLOWING.get(word))
 
 
 def _abbreviated(word: str, parameters: Sequence[str]) -> str | None:
@@ -198,7 +200,10 @@ def _unplaced(builtin: Builtin, way: _Way, arguments: Arguments) -> Fault:
     names = [parameter.name for parameter in way.signature.parameters]
     arguments = [argument for place, argument in enumerate(arguments) if place not in way.rest]
     together = _together(builtin, names, arguments) if len(builtin.signatures) > 1 else None
-    return together or _misfit(builtin.name, names, arguments, partial(_forms, builtin))
+    form = partial(_forms, builtin)
+    if names[:1] == ["radius"] and isinstance(arguments[0].value, ast.VectorLiteral):
+        form = partial(str, MIDDLE)
+    return together or _misfit(builtin.name, names, arguments, form)
 
 
 def _forms(builtin: Builtin) -> str:

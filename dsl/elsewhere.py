@@ -22,7 +22,13 @@ _NOTHING = "every name has a value; the empty group is `{}`"
 _LAST = "a loop takes its whole range: put what is not always wanted into an `if`"
 _QUOTES = 'strings are written in double quotes: `"…"`'
 _MATHS = "what is of mathematics is there: `sqrt(2)`, `sin(30deg)`, `pi`"
-NEVER = "values never change: `let name = value` names another"
+_AXES = "a direction is a vector: `(0, -1, 0)` is down"
+_LISTS = "a loop over a list makes objects: `for x in list { … }`; no function makes lists"
+_READ = 'a mesh is placed by `mesh("file.obj")`, a stage by `usd("file.usd")`'
+_STAGE = 'a stage has its own file, ending in `.usda`: `usd("file.usda")` places it'
+_MATERIAL = "a material is made by a call: `matte(rgb(1, 0, 0))`"
+NEVER = "values never change: `let name = value` names another, computed as `30deg * i` in a loop"
+STRING = 'a string is `"…"`: nothing stands before it, and no value in it'
 
 _CHOICES = ("direct", "ambient_occlusion", "normals", "ids", "float32", "float64")
 
@@ -53,6 +59,20 @@ WORDS: dict[str, str] = {
     "while": "loops run over intervals and lists: `for i in 0..n { … }`",
     "uniform": "what may be set from outside is a `param name = default`",
     **dict.fromkeys(("class", "struct"), f"what has parts is a group, or {_FUNCTION}"),
+    **dict.fromkeys(("up", "down", "left", "right", "forward", "backward"), _AXES),
+    **dict.fromkeys(("map", "filter", "reduce", "zip", "enumerate"), _LISTS),
+    **dict.fromkeys(("load", "open", "read"), _READ),
+    **dict.fromkeys(("usda", "over"), _STAGE),
+    "fract": "write `x % 1`",
+    "step": "write `if x < edge { 0 } else { 1 }`",
+    "smoothstep": "with `let t = clamp((x - a) / (b - a), 0, 1)` it is `t * t * (3 - 2 * t)`",
+    "saturate": "write `clamp(x, 0, 1)`",
+    "sign": "write `if x < 0 { -1 } else { 1 }`",
+    "trunc": "write `floor(x)`, or `ceil(x)` below 0",
+    "distance": "write `length(b - a)`",
+    "hypot": "write `length((x, y))`",
+    **dict.fromkeys(("log2", "log10", "ln"), "`log(x)` is natural: `log(x) / log(10)`"),
+    "noise": "`random(x, y)` is a number for each x and y, unlike that of their neighbours",
     "mod": "write `a % b`",
     "div": "write `floor(a / b)`",
     "str": "numbers are not made strings",
@@ -101,7 +121,7 @@ SIGNS: dict[str, str] = {
     "??": _NOTHING,
     ";": "a statement ends with its line: leave every `;` out",
     "&": "write `and`",
-    "|": "write `or`",
+    "|": f"write `or`; {_FUNCTION}",
     "'": _QUOTES,
     "`": _QUOTES,
     "“": _QUOTES,
@@ -146,12 +166,43 @@ PARAMETERS: dict[str, tuple[str, str]] = {
     **dict.fromkeys(
         ("center", "centre", "position", "pos", "location", "origin"), ("radius", MIDDLE)
     ),
+    "color": ("m", _MATERIAL),
 }
 """What to write in the place of a parameter, for functions that have another."""
+
+FOLLOWING: dict[str, str] = {
+    **dict.fromkeys(
+        ("material", "color", "colour"), "a material follows: `.material(matte(color))`"
+    ),
+    **dict.fromkeys(("rotate", "rotation"), "a turn follows: `.rotate_y(90deg)`"),
+    **dict.fromkeys(
+        ("translate", "translation", "offset"), "a move follows: `.translate(x, y, z)`"
+    ),
+    **dict.fromkeys(("scale", "scaling"), "a scale follows: `.scale(2)`"),
+    "name": "a name is given by `let name = …`",
+}
+"""What is no parameter, and comes after an object's call."""
+
+MEMBERS: dict[str, dict[str, str]] = {
+    "an object": {
+        **dict.fromkeys(
+            ("color", "colour"), "a color belongs to a material: `.material(matte(color))`"
+        ),
+        **dict.fromkeys(("copy", "copies", "clone", "repeat", "array"), COPIES),
+        **dict.fromkeys(("union", "difference", "intersection", "intersect"), _SOLIDS),
+        **dict.fromkeys(("add", "subtract", "cut", "join", "merge"), _SOLIDS),
+    },
+    "a list": {
+        **dict.fromkeys(("append", "push", "add", "insert"), LENGTHEN),
+        **dict.fromkeys(("length", "len", "size", "count"), "write `count(list)`"),
+    },
+}
+"""What to write in the place of a member, by the type of the value."""
 
 BESIDE: dict[str, str] = {
     "rotate": "turns about the axes are `.rotate_x(a).rotate_y(b).rotate_z(c)`",
     "scale": "a vector is taken apart: `scale(v.x, v.y, v.z)`",
+    "random": "equal seeds give equal numbers: in a loop `random(i)`, and another `random(i, 1)`",
     "matte": "a color is written `rgb(1, 0, 0)` or `#ff0000`",
     "plane": "it has no ends, and is moved by `.translate(0, y, 0)`",
 }

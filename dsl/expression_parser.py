@@ -33,6 +33,12 @@ _LEVELS = {
 """Binding strength of the binary operators; `not` stands at 2, unary `-` above all."""
 _NEWLINE = "a newline ends a statement unless a round or square bracket is open"
 _LOOP = "write `for i in 0..n { … }`"
+_CONDITIONS = {
+    "=": "`==` compares",
+    "is": "`==` compares",
+    "in": "write `a == b or a == c`",
+}
+"""What to write in the place of a word after a condition."""
 _NOT, _COMPARISON, _INTERVAL, _PREFIX = 2, 3, 4, 7
 
 
@@ -87,15 +93,19 @@ class ExpressionParser(TokenReader, ABC):
         if isinstance(node, ast.Name) and node.name in WORDS:
             message = f"`{node.name}` is no word of the language"
             what = str(self.token.value) if self.kind == "name" else ""
-            self.report(
-                "syntax-expected", message, node.span, help=WORDS.get(what, WORDS[node.name])
-            )
+            help = WORDS.get(what, WORDS[node.name])
+            if node.name == "def" and "string" in (self.kind, self.next_kind()):
+                help = WORDS["usda"]
+            self.report("syntax-expected", message, node.span, help=help)
             raise SyntaxFault
 
     def chained(self, first: ast.Operator) -> NoReturn:
         """Refuse a second comparison or interval operator."""
         if first.symbol == "..":
-            self.expected("the end of the interval", "an interval has two ends, `a..b`")
+            self.expected(
+                "the end of the interval",
+                "an interval has two ends, `a..b`; for steps of 2 write `2 * i`",
+            )
         self.report(
             "syntax-chained-comparison",
             "a comparison cannot be compared again",
@@ -133,6 +143,8 @@ class ExpressionParser(TokenReader, ABC):
             elif kind == "[":
                 self.deeper(opener)
                 index = self.expression()
+                if self.kind == ",":
+                    self.expected("`]`", "an item is `list[i]`, of a list in it `list[i][j]`")
                 self.close(opener, "]")
                 suffixes.append(ast.Index(self.span(opener), index))
             else:
@@ -163,18 +175,22 @@ class ExpressionParser(TokenReader, ABC):
         """`{ expression "," } { name ":" expression "," }` up to the closing bracket."""
         arguments = self.sequence(opener, ")", "argument", self.argument)
         named: ast.Argument | None = None
-        for argument in arguments:
+        for place, argument in enumerate(arguments):
             if argument.name is not None:
                 named = argument
             elif named is not None:
+                others = [given.value for given in (named, *arguments[place:])]
+                help = "name it too, or move it to the front"
+                if len(others) > 2 and all(isinstance(value, ast.Number) for value in others):
+                    help = f"a vector has brackets of its own: `{named.name}: (…)`"
+                elif self.is_decimal_comma(argument.span.start):
+                    help = POINT
                 self.report(
                     "syntax-positional-after-named",
                     "an argument without a name after one with a name",
                     argument.value.span,
                     secondary=(Label(named.span, "this one has a name"),),
-                    help=POINT
-                    if self.is_decimal_comma(argument.span.start)
-                    else "name it too, or move it to the front",
+                    help=help,
                 )
                 raise SyntaxFault
         return tuple(arguments)
@@ -268,6 +284,8 @@ class ExpressionParser(TokenReader, ABC):
             raise SyntaxFault
         if before == "=" and self.kind == "newline":
             help = "the value stands behind the `=`, or in brackets that begin there"
+        elif before in ("and", "or") and _LEVELS.get(self.kind) == _COMPARISON:
+            help = "both sides are whole conditions: `a < b and a > c`"
         elif self.kind == "<":
             help = "a vector is written `(x, y, z)`"
         elif before == "%":
@@ -317,8 +335,8 @@ class ExpressionParser(TokenReader, ABC):
             self.advance()
             condition = self.expression()
             if self.kind != "{":
-                help = "`==` compares" if self.kind == "=" else "write `if condition { … }`"
-                self.expected("`{`", help)
+                word = str(self.token.value or self.kind)
+                self.expected("`{`", _CONDITIONS.get(word, "write `if condition { … }`"))
             branches.append((condition, self.block()))
             if self.kind == "name" and self.token.value in ELSE_IF:
                 word = f"`{self.token.value}` is no word of the language"

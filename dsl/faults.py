@@ -75,6 +75,8 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
         help = f"write `rgb{source_text(expression.span)}`"
         if not isinstance(expression, ast.VectorLiteral):
             help = "make it of components: `rgb(v.x, v.y, v.z)`"
+    elif due == "a color" and isinstance(expression, ast.String) and "." in expression.text:
+        help = f'a picture is for skies: `sky(texture: "{expression.text[:40]}")`'
     elif due == "a color" and found == "a string":
         help = "a color is written `rgb(1, 0, 0)` or `#ff0000`"
     elif due.startswith("a vector") and isinstance(expression, ast.ListLiteral):
@@ -90,12 +92,16 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
             help = "a component is written `v.x`"
         elif subject == "`radius`":
             help = MIDDLE
+        elif subject.startswith("an argument"):
+            help = "each number is an argument of its own: leave the inner brackets out"
     elif due == "a truth value" and found == "a number":
         help = "compare it, as in `x > 0`"
     elif due == "a vector of 3" and isinstance(expression, ast.String):
         help = AXIS if expression.text.strip("+-").lower() in ("x", "y", "z") else None
     elif due == "a transform" and isinstance(value, Vector):
         help = f"a transform is made by a call: `translate({source_text(expression.span)[:40]})`"
+    elif due == "a transform" and found == "a list":
+        help = "`matrix(…)` takes the twelve numbers of the upper three rows"
     elif due == "a material" and found == "a color":
         help = f"make a material of it: `matte({source_text(expression.span)[:40]})`"
     elif due == "a material" and found == "a string":

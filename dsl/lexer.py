@@ -241,7 +241,7 @@ class _Lexer:
             return f"a color is written `#{unit[1:]}`"
         if re.fullmatch("_[0-9_]*[0-9]", unit):
             return f"write `{digits}{unit.replace('_', '')}`"
-        if unit in ("f", "F", "px", "mm", "cm", "m"):
+        if unit in ("f", "F", "px", "mm", "cm", "m", "km", "in", "ft", "s"):
             return f"only angles have units: write `{digits}`"
         units = f"angles have the units deg, rad and turn; a product is written `{digits} * {unit}`"
         return did_you_mean(unit, UNITS) or units

@@ -249,6 +249,10 @@ def _mend(symbol: str, left: Value, right: Value) -> str | None:
         return "apply a transform to an object with `object.transform(t)`"
     if kinds <= {float, str, List, Angle, Vector} and symbol == "==" and List in kinds:
         return "compare the items"
+    if kinds == {scene.Transform} and symbol == "+":
+        return "transforms are combined by a product: `a * b` applies `b` first"
+    if str in kinds and symbol == "+":
+        return "strings are not joined, and numbers not made strings: write the whole text"
     if is_node(left) and is_node(right) and symbol == "-":
         return "shapes are not cut: those in one block stand together"
     if (is_node(left) or is_node(right)) and float in kinds and symbol in "*/":

@@ -23,7 +23,7 @@ from dsl.lexer import tokenize
 from dsl.spans import Source, Span
 from dsl.suggest import did_you_mean
 from dsl.token_reader import Abandon, SyntaxFault
-from dsl.tokens import KEYWORDS, Token, Tokens
+from dsl.tokens import KEYWORDS, Token, Tokens, TokenValue
 
 _LET = "write `let name = value`"
 _ENDS = ("newline", "end", "}")
@@ -188,14 +188,14 @@ class _Parser(ExpressionParser):
             help = near
         elif self.kind == "=":
             help = "`==` compares; `let name = value` names a value"
-            if isinstance(statement, ast.Chain):
+            if isinstance(statement, ast.Chain) or self.comes_again(before.value):
                 help = NEVER
         elif self.kind == "for":
             help = LOOP
         elif self.kind == "name" and str(self.token.value) in WORDS:
             help = WORDS[str(self.token.value)]
         elif self.kind == "string" and before.kind == "name":
-            help = 'a string is `"…"`: nothing stands before it, and no value in it'
+            help = self.string_after(before)
         elif self.kind in ("{", "name") and before.kind == ")":
             help = "each statement has its own line; a map follows its object: `sphere().scale(2)`"
         elif self.kind == "{":
@@ -218,6 +218,13 @@ class _Parser(ExpressionParser):
             self.closes_nothing()
         self.expected("the end of the statement", help)
 
+    def comes_again(self, word: TokenValue) -> bool:
+        """Whether a name stands in the rest of the line."""
+        place = self.position
+        while self.kinds[place] not in _ENDS and self.values[place] != word:
+            place += 1
+        return self.kinds[place] == "name"
+
     def statement(self) -> ast.Statement:
         match self.kind:
             case "let":
@@ -238,6 +245,9 @@ class _Parser(ExpressionParser):
         try:
             if self.kind == "-":
                 self.expected("`=`", "a name has letters, digits and `_`, and no `-`")
+            if self.kind == "name" and self.next_kind() == "=" and self.name(name) not in WORDS:
+                words = f"{self.name(name)}_{self.name(self.position)}"
+                self.expected("`=`", f"a name is one word: `{words[:40]}`")
             self.expect("=", help=WORDS["function"] if self.kind == "(" else _LET)
             value = self.expression()
         except SyntaxFault:
@@ -248,6 +258,8 @@ class _Parser(ExpressionParser):
     def function(self) -> ast.Statement:
         doc = self.documentation()
         start = self.advance()
+        if self.kind == "(":
+            self.expected("a name after `fn`", "write `fn name(parameters) { … }`")
         name = self.binding_name("a name after `fn`")
         parameters: list[ast.Parameter] = []
         body: ast.Block | None = None

@@ -10,7 +10,7 @@ from dsl import ast, scene
 from dsl.batches import bound
 from dsl.builtins import BUILTINS
 from dsl.calls import Site, call_builtin
-from dsl.elsewhere import COPIES, LENGTHEN
+from dsl.elsewhere import MEMBERS
 from dsl.faults import Fault, Poisoned, mismatch
 from dsl.lanes import Sequential, chosen
 from dsl.materials import BIND, OVERRIDE
@@ -158,14 +158,10 @@ def _no_member(value: Value, member: ast.Member) -> Fault:
         help = did_you_mean(name, known)
         if name in ("material", "override"):
             help = "only objects have a material"
-        elif name in ("color", "colour") and isinstance(value, Object):
-            help = "a color belongs to a material: `.material(matte(color))`"
-        elif isinstance(value, Object) and name in ("copy", "copies", "clone", "repeat", "array"):
-            help = COPIES
-        elif isinstance(value, List) and name in ("append", "push", "add", "insert"):
-            help = LENGTHEN
-        elif isinstance(value, List) and name in ("length", "len", "size", "count"):
-            help = "write `count(list)`"
+        elif isinstance(value, Vector) and len(name) > 1 and set(name) <= set("xyzw"):
+            help = "components stand one by one: `(v.x, v.y)`"
+        elif elsewhere := MEMBERS.get(type_name(value), {}).get(name):
+            help = elsewhere
         elif help is None and isinstance(value, Builtin | Closure):
             help = f"a function is called: `{_called(value)}(…)`"
         elif help is None and name in BUILTINS and name not in PLACE:

@@ -12,7 +12,7 @@ from dsl.budget import Limits
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.documentation import documentation
-from dsl.elsewhere import ELSE_BEGINNINGS, LOOP, MEANT, SIGNS, instead_of
+from dsl.elsewhere import ELSE_BEGINNINGS, LOOP, MEANT, SIGNS, STRING, instead_of
 from dsl.lexer import unexpected
 from dsl.slips import DIVISION, begins_division
 from dsl.spans import Source, Span
@@ -186,6 +186,12 @@ class TokenReader:
             self.expected(f"`{kind}`", help)
         return self.advance()
 
+    def string_after(self, word: Token) -> str:
+        """Help for a string, the current token, that stands behind a name."""
+        if word.end == self.token.start:
+            return STRING
+        return f"a call has brackets: `{word.value}(…)`"
+
     def closes_nothing(self) -> NoReturn:
         """Give up the statement because of a closing bracket."""
         message = f"this `{self.kind}` closes nothing"
@@ -303,6 +309,8 @@ class TokenReader:
                 help = "`==` compares"
             elif (kind == ":" and before.kind == "number") or self.token.value == "to":
                 help = "an interval is written `a..b`"
+            elif kind == "string" and before.kind == "name":
+                help = self.string_after(before)
             elif expected and not self.begins_line() and before.kind == "name":
                 word = str(before.value)
                 help = f"an argument is named `{word}: …`, a function called `{word}(…)`"
