@@ -8,7 +8,7 @@ what comes from above is bound at the instance instead, and inherited in the sce
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -73,8 +73,9 @@ class Display:
     """A prim's displayColor and displayOpacity.
 
     `colors` `(k, 3)` with `faces` the colour of each face, or one colour and no faces. `below`
-    says that some of it is authored below the frame's base, `above` that some is not. `textures`
-    give what varies within faces, of which the one colour, and the opacity, are means.
+    says that some of it is authored below the frame's base, or hides a material from above it,
+    `above` that some is not. `textures` give what varies within faces, of which the one colour,
+    and the opacity, are means.
     """
 
     colors: FloatArray
@@ -99,6 +100,7 @@ class Appearance:
         self._materials = Materials(clock, report)
         self._bindings: dict[Sdf.Path, Binding | None] = {}
         self._by_source: dict[Sdf.Path, Binding | None] = {}
+        self._hiding: set[Sdf.Path] = set()  # prims whose binding is to no material
 
     def resolve(self, prims: dict[Sdf.Path, Any], *, previews: bool = True) -> None:
         """Resolve the bindings of many prims, by path, at once, which is how usd-core can cache.
@@ -118,6 +120,8 @@ class Appearance:
                 # Each answer falls back to bindings for all purposes; preview comes before those.
                 if own or path not in self._bindings:
                     self._bindings[path] = self._binding(material, source)
+                    if source and not material:
+                        self._hiding.add(path)
                 if not own:
                     left[path] = unknown[path]
             unknown = left
@@ -176,8 +180,21 @@ class Appearance:
         textures = [texture for each in bound if each for texture in each.material.textures]
         return frozenset(texture.attribute for texture in textures)
 
-    def display(self, prim: Any, base: Base) -> Display | None:
-        """The display colour of a prim, or None if neither colour nor opacity is authored."""
+    def display(self, prim: Any, base: Base, *, colored: bool, bound: bool) -> Display | None:
+        """How a prim without a material is drawn, or None if it says nothing of that.
+
+        It says so by a colour or opacity, if it may be `colored`, and by a binding to what is no
+        material, if it may be `bound`: that hides those of prims above.
+        """
+        hides = bound and prim.GetPath() in self._hiding
+        found = self._display(prim, base) if colored else None
+        if not hides:
+            return found
+        if found is None:
+            return Display(np.array([DEFAULT_MATERIAL.diffuse]), None, 1.0, below=True, above=False)
+        return replace(found, below=True)
+
+    def _display(self, prim: Any, base: Base) -> Display | None:
         primvars = UsdGeom.PrimvarsAPI(prim)
         color = primvars.FindPrimvarWithInheritance("displayColor")
         opacity = primvars.FindPrimvarWithInheritance("displayOpacity")

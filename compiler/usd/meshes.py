@@ -92,7 +92,7 @@ class Meshes:
         materials: list[Material | None] = [None]
         if binding is not None:
             materials = [base.own(binding)]
-        elif display is not None and display.below:
+        elif display is not None:
             materials = [display.material(index) for index in range(len(display.colors))]
             labels = self._by_color(visit, display, surface.face_count)
         if subsets:

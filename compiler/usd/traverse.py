@@ -13,7 +13,7 @@ from typing import Any
 
 from pxr import Sdf
 
-from compiler.usd.appearance import Appearance, Base, Binding
+from compiler.usd.appearance import Appearance, Base, Binding, Display
 from compiler.usd.cages import CagesAhead
 from compiler.usd.clock import Clock
 from compiler.usd.curves import read_curves, read_points
@@ -279,11 +279,7 @@ class Traversal:
     def _draw_mesh(self, visit: Visit, frame: Frame, cages: CagesAhead) -> None:
         prim = visit.prim
         binding = self.binding(prim, visit.inherited)
-        display = None
-        if binding is None and visit.inherited.colored:
-            display = self.appearance.display(prim, frame.base)
-        if display is not None and display.below and display.above:
-            frame.shared = False
+        display = self._display(prim, visit.inherited, frame) if binding is None else None
         skinned = self._is_skinned(visit, frame)
         names = self._attributes(visit) if visit.inherited.primvars else ()
         origin = self.origin(visit.path, frame)
@@ -323,14 +319,20 @@ class Traversal:
         binding = self.binding(prim, inherited)
         if binding is not None:
             return frame.base.own(binding)
-        if not inherited.colored:
+        display = self._display(prim, inherited, frame)
+        return None if display is None else display.material()
+
+    def _display(self, prim: Any, inherited: Inherited, frame: Frame) -> Display | None:
+        """How an unbound prim is drawn; None where that comes from above the frame, or nowhere."""
+        if not inherited.colored and not inherited.bound:
             return None
-        display = self.appearance.display(prim, frame.base)
+        display = self.appearance.display(
+            prim, frame.base, colored=inherited.colored, bound=inherited.bound
+        )
         if display is None or not display.below:
             return None
-        if display.above:
-            frame.shared = False
-        return display.material()
+        frame.shared = frame.shared and not display.above
+        return display
 
     def _draw_instance(self, visit: Visit, frame: Frame) -> None:
         prim, inherited, path = visit.prim, visit.inherited, visit.path

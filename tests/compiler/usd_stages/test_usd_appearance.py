@@ -250,6 +250,53 @@ def Material "empty" {{
     assert imported.said("without a surface").primary.place.prim == "/empty"
 
 
+def test_a_binding_to_nothing_hides_materials_of_instances_above(load: Callable[..., Any]) -> None:
+    shape = f"({BINDABLE}) {{\n{bound('/nothing')}"
+    imported = load(
+        MATERIALS
+        + f"""
+class Xform "_c" {{
+    def Cube "plain" {{
+    }}
+    def Cube "void" {shape}
+    }}
+    def Mesh "coloured" {shape}
+        {colored(BLUE)}
+        point3f[] points = [(0, 0, 0), (4, 0, 0), (4, 4, 0)]
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        uniform token subdivisionScheme = "none"
+    }}
+}}
+def Xform "i" (
+    instanceable = true
+    inherits = </_c>
+    {BINDABLE}
+) {{
+    {bound("/red")}
+}}
+def PointInstancer "p" ({BINDABLE}) {{
+    {bound("/green")}
+    rel prototypes = </p/j>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 0, 9)]
+    def Xform "j" (instanceable = true
+        inherits = </_c>
+    ) {{
+    }}
+}}
+"""
+    )
+    assert diffuse(imported) == {
+        "/i/plain": RED,
+        "/i/void": GREY,
+        "/i/coloured": BLUE,
+        "/p/j/plain@/p[0]": GREEN,
+        "/p/j/void@/p[0]": GREY,
+        "/p/j/coloured@/p[0]": BLUE,
+    }
+
+
 @pytest.mark.parametrize(
     ("purposes", "color"),
     [({"": "red", ":preview": "green"}, GREEN), ({":full": "red", ":preview": "green"}, RED),
