@@ -127,4 +127,5 @@ def _picture(frame: Frame, ir: SceneIR, precision: Precision, threads: int) -> F
         integrator="ambient_occlusion" if frame.occlusion else "direct",
         precision=precision,
         threads=threads,
+        surfaces=False,
     )

@@ -100,11 +100,13 @@ class Scene:
         seed: int = 0,
         threads: int = 0,
         progress: Callable[[float, int], object] | None = None,
+        surfaces: bool = True,
     ) -> Film:
         """A picture; None takes the scene's own setting, or else the default.
 
         `camera` is a name or a number. `progress(done, rays)` is called now and then; what it
-        raises ends the render. Raises ValueError for settings out of range.
+        raises ends the render. Without `surfaces` the film has no depth, normal and instance
+        images, and takes less time and memory. Raises ValueError for settings out of range.
         """
         from runtime.render import render
 
@@ -119,6 +121,7 @@ class Scene:
             seed=seed,
             threads=threads,
             progress=progress,
+            surfaces=surfaces,
             root=self._compilation.reader.files.root,
         )
 

@@ -140,14 +140,15 @@ class Kernel:
         seed: int = 0,
         threads: int = 0,
         progress: Callable[[float, int], object] | None = None,
+        surfaces: bool = True,
     ) -> dict[str, NDArray[Any]]:
         """A picture: linear float32 arrays by name.
 
         `camera` is one `compiler.ir.CAMERA` record, shape (). Returns color (h, w, 4)
-        premultiplied, error (h, w) (standard error of the luminance, NaN of a single sample), depth
-        (h, w) (along the viewing axis, inf: nothing), normal (h, w, 3) world space (0: nothing),
-        instance (h, w) int64 leaf number or -1, and rays () uint64, the number traced. Depth,
-        normal and instance are of the sample nearest the pixel's centre. Row 0 is the top.
+        premultiplied, error (h, w) (standard error of the luminance, NaN of a single sample) and
+        rays () uint64, the number traced; with `surfaces` also depth (h, w) (along the viewing
+        axis, inf: nothing), normal (h, w, 3) world space (0: nothing) and instance (h, w) int64
+        leaf number or -1, of the sample nearest the pixel's centre. Row 0 is the top.
         `progress(done, rays)` is called now and then with the fraction done; what it raises ends
         the render and is raised again. The same picture for any `threads` and instruction set.
         """

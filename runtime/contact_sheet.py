@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.film import Film
+from runtime.film import Film, SurfaceImages
 
 
 def thumbnail(film: Film, width: int) -> Film:
@@ -27,16 +27,20 @@ def thumbnail(film: Film, width: int) -> Film:
         film,
         color=color.mean(axis=(1, 3), dtype=np.float32),
         error=film.error[middle],
-        depth=film.depth[middle],
-        normal=film.normal[middle],
-        instance=film.instance[middle],
+        surfaces=film.surfaces
+        and SurfaceImages(
+            film.depth[middle],
+            film.normal[middle],
+            film.instance[middle],
+        ),
     )
 
 
 def contact_sheet(films: Sequence[Film]) -> Film:
     """Pictures row by row in one about as wide as high; all take the room of the largest.
 
-    What is not theirs is empty. Raises ValueError where there are none.
+    What is not theirs is empty; all have `surfaces`, or the first has none. Raises ValueError where
+    there are none.
     """
     if not films:
         raise ValueError("a contact sheet needs a picture")
@@ -56,9 +60,8 @@ def contact_sheet(films: Sequence[Film]) -> Film:
         films[0],
         color=tiled("color", 0.0),
         error=tiled("error", math.nan),
-        depth=tiled("depth", math.inf),
-        normal=tiled("normal", 0.0),
-        instance=tiled("instance", -1),
+        surfaces=films[0].surfaces
+        and SurfaceImages(tiled("depth", math.inf), tiled("normal", 0.0), tiled("instance", -1)),
         rays=sum(film.rays for film in films),
         seconds=sum(film.seconds for film in films),
         build_seconds=sum(film.build_seconds for film in films),

@@ -20,10 +20,20 @@ from runtime._kernel import jpeg, png, screen
 FORMATS = {"png": "png", "jpg": "jpeg", "jpeg": "jpeg", "exr": "exr"}
 """Formats by extension."""
 MAX_JPEG_SIDE = (1 << 16) - 1
+IMAGES = ("color", "error", "depth", "normal", "instance")
 
 
 class ImageError(ValueError):
-    """A picture that cannot be written; the message says why and names the mend."""
+    """An image that is not there or cannot be written; the message says why and names the mend."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SurfaceImages:
+    """What the sample nearest to each pixel's centre sees first."""
+
+    depth: NDArray[np.float32]  # (h, w) along the viewing axis, inf where nothing is
+    normal: NDArray[np.float32]  # (h, w, 3) world space, unit, outward, 0 where nothing is
+    instance: NDArray[np.int64]  # (h, w) leaf number or -1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,10 +42,7 @@ class Film:
 
     color: NDArray[np.float32]  # (h, w, 4) linear Rec. 709, premultiplied by its fourth: coverage
     error: NDArray[np.float32]  # (h, w) standard error of the luminance; NaN of a single sample
-    depth: NDArray[np.float32]  # (h, w) along the viewing axis, inf where nothing is
-    normal: NDArray[np.float32]  # (h, w, 3) world space, unit, outward, 0 where nothing is
-    instance: NDArray[np.int64]  # (h, w) leaf number or -1
-    # depth, normal and instance are those of the sample nearest to the pixel's centre
+    surfaces: SurfaceImages | None  # None: rendered without
     integrator: Integrator
     exposure: float  # stops: PNG and JPEG show color · 2^exposure
     samples: int
@@ -55,6 +62,26 @@ class Film:
         return int(self.color.shape[0])
 
     @property
+    def depth(self) -> NDArray[np.float32]:
+        """Of `surfaces`. Raises ImageError where the film has none, as the next two."""
+        return self._surfaces("depth").depth
+
+    @property
+    def normal(self) -> NDArray[np.float32]:
+        """Of `surfaces`."""
+        return self._surfaces("normal").normal
+
+    @property
+    def instance(self) -> NDArray[np.int64]:
+        """Of `surfaces`."""
+        return self._surfaces("instance").instance
+
+    def _surfaces(self, wanted: str) -> SurfaceImages:
+        if self.surfaces is None:
+            raise ImageError(f"the film has no image {wanted!r}: render with surfaces=True")
+        return self.surfaces
+
+    @property
     def pixels(self) -> NDArray[np.uint8]:
         """The picture for a screen: `(h, w, 4)` red, green, blue, coverage, 0 … 255.
 
@@ -65,17 +92,12 @@ class Film:
 
     def aov(self, name: str) -> NDArray[Any]:
         """An image by name: "color", "alpha", "error", "depth", "normal" or "instance"."""
-        images: dict[str, NDArray[Any]] = {
-            "color": self.color,
-            "alpha": self.color[..., 3],
-            "error": self.error,
-            "depth": self.depth,
-            "normal": self.normal,
-            "instance": self.instance,
-        }
-        if name not in images:
-            raise ValueError(f"there is no image {name!r}, but {', '.join(images)}")
-        return images[name]
+        if name == "alpha":
+            return self.color[..., 3]
+        if name not in IMAGES:
+            raise ValueError(f"there is no image {name!r}, but alpha, {', '.join(IMAGES)}")
+        image: NDArray[Any] = getattr(self, name)
+        return image
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the picture; the extension chooses the format.
@@ -90,7 +112,7 @@ class Film:
         extension, or a path that cannot be written.
         """
         check_path(path)
-        format = FORMATS[_extension(Path(path))]
+        format = _format(Path(path))
         try:
             with stage("write"), replacing(Path(path)) as unfinished:
                 if format == "exr":
@@ -191,10 +213,15 @@ class _Part(NamedTuple):
         return "uint" if self.values.dtype == np.uint32 else "float"
 
 
+def shows_surfaces(path: str | os.PathLike[str]) -> bool:
+    """Whether a file of that name holds depth, normal and instance images."""
+    return _format(Path(path)) == "exr"
+
+
 def check_path(path: str | os.PathLike[str]) -> None:
     """Raise ImageError if a picture cannot be written there, without writing anything."""
     path = Path(path)
-    _extension(path)
+    _format(path)
     if path.is_dir():
         raise ImageError(f"{path} is a folder: give the name of a file")
     if not path.parent.is_dir():
@@ -203,10 +230,10 @@ def check_path(path: str | os.PathLike[str]) -> None:
         raise ImageError(f"{path} may not be written: choose another place")
 
 
-def _extension(path: Path) -> str:
+def _format(path: Path) -> str:
     extension = path.suffix.lower().removeprefix(".")
     if extension not in FORMATS:
         raise ImageError(
             f"{path.name!r} does not end in a known picture format: use .png, .jpg or .exr"
         )
-    return extension
+    return FORMATS[extension]

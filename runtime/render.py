@@ -14,7 +14,7 @@ from dsl.observation import stage
 from dsl.scene import Integrator, Precision
 from runtime._kernel import Kernel
 from runtime.camera import choose_camera, default_camera
-from runtime.film import Film
+from runtime.film import Film, SurfaceImages
 from runtime.tracer import MAX_THREADS
 
 if TYPE_CHECKING:
@@ -32,8 +32,10 @@ MAX_PIXELS = 1 << 26
 MAX_CAMERA_RAYS = 1 << 40
 MAX_SAMPLES = 1 << 16
 
-_PIXEL_BYTES = 44
-"""Of color, error, depth, normal and instance."""
+_COLOR_BYTES = 20
+"""Of a pixel's color and error."""
+_SURFACE_BYTES = 24
+"""Of a pixel's depth, normal and instance."""
 
 Name = TypeVar("Name", bound=str)
 
@@ -54,6 +56,7 @@ def render(
     max_pixels: int = MAX_PIXELS,
     max_camera_rays: int = MAX_CAMERA_RAYS,
     root: Path | None = None,
+    surfaces: bool = True,
 ) -> Film:
     """A picture of the scene.
 
@@ -73,7 +76,8 @@ def render(
 
     `threads` 0 takes all cores; `seed` chooses the sample points; `isa` is one of
     `runtime._kernel.instruction_sets()`. Neither threads nor isa change the picture. Names of
-    textures start from the folder `root`, None: the current one.
+    textures start from the folder `root`, None: the current one. Without `surfaces` the film has
+    no depth, normal and instance images, and takes less time and memory.
 
     `progress(done, rays)` is called some 20 times a second with the fraction done and the rays
     traced; what it raises, or KeyboardInterrupt, ends the render at once.
@@ -112,7 +116,8 @@ def render(
     built = perf_counter()
     with stage("render"):
         # The kernel ends the process where memory is refused: whether it is, is found out here.
-        np.empty(width * height * _PIXEL_BYTES, np.uint8)
+        pixel_bytes = _COLOR_BYTES + (_SURFACE_BYTES if surfaces else 0)
+        np.empty(width * height * pixel_bytes, np.uint8)
         layers = kernel.render(
             record,
             width,
@@ -123,13 +128,14 @@ def render(
             seed,
             threads,
             progress,
+            surfaces,
         )
     return Film(
         color=layers["color"],
         error=layers["error"],
-        depth=layers["depth"],
-        normal=layers["normal"],
-        instance=layers["instance"],
+        surfaces=SurfaceImages(layers["depth"], layers["normal"], layers["instance"])
+        if surfaces
+        else None,
         integrator=integrator,
         exposure=exposure,
         samples=samples,

@@ -74,9 +74,9 @@ def run(arguments: argparse.Namespace) -> Exit:
     from runtime.contact_sheet import contact_sheet, thumbnail
     from runtime.film import ImageError, check_path
 
-    sheet: Path | None = arguments.contact_sheet
+    sheet = [] if arguments.contact_sheet is None else [arguments.contact_sheet]
     try:
-        for output in [*(arguments.output or []), *([] if sheet is None else [sheet])]:
+        for output in [*(arguments.output or []), *sheet]:
             check_path(output)
     except ImageError as error:
         raise StopError(Exit.FILES, str(error)) from None
@@ -89,12 +89,12 @@ def run(arguments: argparse.Namespace) -> Exit:
         scene = read_scene(arguments, time=time)
         if not names:
             names = _names(arguments, arguments.output or [_output(scene, arguments.scene)])
-        film, figure = _render(arguments, Scene(scene), time, names[number], told, start)
+        film, figure = _render(arguments, Scene(scene), time, names[number], sheet, told, start)
         figures.append(figure)
-        if sheet is not None:
+        if sheet:
             small.append(thumbnail(film, THUMBNAIL))
-    if sheet is not None:
-        _save(contact_sheet(small), [sheet])
+    if sheet:
+        _save(contact_sheet(small), sheet)
     if arguments.json:
         print_json(figures[0] if arguments.frames is None else figures)
     return Exit.OK
@@ -140,11 +140,16 @@ def _render(
     scene: Scene,
     time: Time,
     outputs: Sequence[Path],
+    sheet: Sequence[Path],
     told: set[Diagnostic],
     start: float,
 ) -> tuple[Film, dict[str, object]]:
-    """One picture, under all its names, and its figures since `start`; warnings are `told` once."""
+    """One picture, under all its names, and its figures since `start`; warnings are `told` once.
+
+    What the outputs and a contact sheet do not show is not rendered.
+    """
     from ovolo.progress import progress_bar
+    from runtime.film import shows_surfaces
 
     compiled = perf_counter()
     if not arguments.quiet:
@@ -162,6 +167,7 @@ def _render(
                 seed=arguments.seed,
                 threads=arguments.threads,
                 progress=progress,
+                surfaces=any(map(shows_surfaces, (*outputs, *sheet))),
             )
         except ValueError as error:
             raise StopError(Exit.USAGE, str(error)) from None

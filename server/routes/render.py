@@ -35,6 +35,7 @@ async def render(request: Request) -> Response:
     `Server-Timing` (milliseconds) tell what it took.
     """
     media_type = choose(request.headers.get("accept"), tuple(FORMATS))
+    format = FORMATS[media_type]
     settings: Settings = request.app.state.settings
     workshop: Workshop = request.app.state.workshop
 
@@ -59,11 +60,12 @@ async def render(request: Request) -> Response:
                 max_pixels=settings.max_pixels,
                 max_camera_rays=settings.max_camera_rays,
                 root=compilation.reader.files.root,
+                surfaces=format == "exr",
             )
         except ValueError as error:
             raise Problem(422, "invalid-settings", str(error)) from None
         rendered = perf_counter()
-        content = film.encode(FORMATS[media_type])
+        content = film.encode(format)
         stages = {
             "compile": compiled - start,
             "render": rendered - compiled,

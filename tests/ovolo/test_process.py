@@ -186,7 +186,7 @@ def test_the_service_answers_on_a_port_and_ends(tmp_path: Path) -> None:
 def test_a_picture_without_memory_for_it_is_refused(tmp_path: Path) -> None:
     (tmp_path / "ball.ovo").write_text("sphere()\n")
     words = ["render", "ball.ovo", "--width", "8000", "--height", "8000", "--samples", "1"]
-    limited = f"ulimit -v 1500000; exec {shlex.join([*OVOLO, *words])}"
+    limited = f"ulimit -v 1000000; exec {shlex.join([*OVOLO, *words])}"
     ended = subprocess.run(
         ["sh", "-c", limited],
         cwd=tmp_path,

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import resource
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from numpy.typing import NDArray
 
-from runtime.film import Film, ImageError, check_path
+from runtime.film import Film, ImageError, SurfaceImages, check_path
 
 
 def make_film(width: int = 5, height: int = 3, **changes: Any) -> Film:
@@ -32,7 +33,8 @@ def make_film(width: int = 5, height: int = 3, **changes: Any) -> Film:
     } | changes
     for name in ("color", "error", "depth", "normal"):
         fields[name] = fields[name].astype(np.float32)
-    return Film(**fields)
+    surfaces = SurfaceImages(*(fields.pop(name) for name in ("depth", "normal", "instance")))
+    return Film(surfaces=surfaces, **fields)
 
 
 def solid(*rgba: float, **changes: Any) -> Film:
@@ -69,6 +71,20 @@ def test_data_is_shown_as_it_is(integrator: str) -> None:
 def test_coverage_is_divided_out() -> None:
     assert solid(0.25, 0.25, 0.25, 0.5).pixels[0, 0].tolist() == [188, 188, 188, 128]
     assert solid(0, 0, 0, 0).pixels[0, 0].tolist() == [0, 0, 0, 0]
+
+
+def test_a_film_without_surfaces_says_so(tmp_path: Path) -> None:
+    film = replace(make_film(), surfaces=None)
+    film.save(tmp_path / "a.png")
+    assert film.aov("alpha").shape == (3, 5)
+    for name in ("depth", "normal", "instance"):
+        with pytest.raises(ImageError, match=f"no image '{name}': render with surfaces=True"):
+            film.aov(name)
+    with pytest.raises(ImageError, match="surfaces=True"):
+        film.save(tmp_path / "a.exr")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    with pytest.raises(ValueError, match="there is no image 'z', but alpha, color"):
+        film.aov("z")
 
 
 def test_png_holds_the_pixels(tmp_path: Path) -> None:

@@ -118,6 +118,48 @@ def test_neither_threads_nor_instruction_sets_change_a_picture(precision: Precis
             assert film.rays == films[0].rays
 
 
+PLAIN: tuple[Node, ...] = (
+    PLANE,
+    Bind(moved(SPHERE, 0, 1, 0), MATTE),
+    moved(SPHERE, 2.2, 1, 0),
+    Sun((-1, -2, -1), (2, 2, 1.8)),
+    looking(Camera("perspective", 0.6), (1, 4, 12), (0, 0.8, 0)),
+)
+
+
+@pytest.mark.parametrize("integrator", get_args(Integrator))
+@pytest.mark.parametrize("samples", [1, 9])
+@pytest.mark.parametrize("plain", [False, True])
+def test_the_picture_is_the_same_without_surfaces(
+    integrator: Integrator, samples: int, plain: bool
+) -> None:
+    ir = scene(*PLAIN) if plain else still_life()
+    whole, colors = (
+        render(ir, width=37, height=21, samples=samples, integrator=integrator, surfaces=surfaces)
+        for surfaces in (True, False)
+    )
+    np.testing.assert_array_equal(colors.color, whole.color)
+    np.testing.assert_array_equal(colors.error, whole.error)
+    assert colors.rays == whole.rays
+    assert colors.surfaces is None
+    assert whole.instance.max() > 0
+
+
+@pytest.mark.parametrize("samples", [1, 9])
+@pytest.mark.parametrize("sky", [(), (Sky((0.3, 0.4, 0.6)),)])
+@pytest.mark.parametrize("unseen", [Material(opacity=0.5), Material(emission=(1.0, 1.0, 1.0))])
+def test_what_is_not_seen_does_not_change_what_is(
+    samples: int, sky: tuple[Node, ...], unseen: Material
+) -> None:
+    below = Bind(moved(SPHERE, 0, -9, 0), unseen)
+    plain, other = (
+        render(scene(*PLAIN, *sky, *more), width=37, height=21, samples=samples)
+        for more in ((), (below,))
+    )
+    for image in ("color", "error", "depth", "normal", "instance"):
+        np.testing.assert_array_equal(plain.aov(image), other.aov(image))
+
+
 def test_seeds_choose_other_samples() -> None:
     ir = still_life()
     first, again, other = (

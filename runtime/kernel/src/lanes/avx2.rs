@@ -188,6 +188,22 @@ lanes! {
     _mm_set1_epi32 _mm_castps_si128 _mm_and_si128 _mm_sub_epi32 _mm_cmpeq_epi32
     _mm_setr_epi32(1, 2, 4, 8)
 }
+/// [`Isa::transposed`].
+#[inline(always)]
+pub fn transposed([a, b, c, d]: [F32x4; 4]) -> [F32x4; 4] {
+    // SAFETY: the CPU has the instructions; see the head of `lanes`.
+    unsafe {
+        let (ab_low, ab_high) = (_mm_unpacklo_ps(a.0, b.0), _mm_unpackhi_ps(a.0, b.0));
+        let (cd_low, cd_high) = (_mm_unpacklo_ps(c.0, d.0), _mm_unpackhi_ps(c.0, d.0));
+        [
+            F32x4(_mm_movelh_ps(ab_low, cd_low)),
+            F32x4(_mm_movehl_ps(cd_low, ab_low)),
+            F32x4(_mm_movelh_ps(ab_high, cd_high)),
+            F32x4(_mm_movehl_ps(cd_high, ab_high)),
+        ]
+    }
+}
+
 operators!(F32x4: Add add _mm_add_ps, Sub sub _mm_sub_ps, Mul mul _mm_mul_ps, Div div _mm_div_ps);
 operators!(MaskF32x4: BitAnd bitand _mm_and_ps, BitOr bitor _mm_or_ps);
 
@@ -203,6 +219,10 @@ impl Isa for Avx2 {
     type F32x4 = F32x4;
     type F64UpTo4 = F64x4;
 
+    #[inline(always)]
+    fn transposed(columns: [F32x4; 4]) -> [F32x4; 4] {
+        transposed(columns)
+    }
     #[inline(always)]
     fn narrow(low: F64x4, high: F64x4) -> F32x8 {
         // SAFETY: the CPU has the instructions; see the head of `lanes`.

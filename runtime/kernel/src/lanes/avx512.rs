@@ -268,6 +268,10 @@ impl Isa for Avx512 {
             ]
         }
     }
+    #[inline(always)]
+    fn transposed(columns: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        super::avx2::transposed(columns)
+    }
     /// Pairs of vectors are folded into one, until one is left that has two lanes for each.
     #[inline(always)]
     fn ranges(x: [F32x16; 8]) -> [[f32; 2]; 8] {

@@ -237,6 +237,19 @@ pub trait Isa: Copy + Send + Sync + 'static {
             Self::F64::load(&column)
         })
     }
+    /// Four columns as four rows: lane j of number i becomes lane i of number j.
+    #[inline(always)]
+    fn transposed(columns: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        let mut rows = [[0.0; 4]; 4];
+        for (i, column) in columns.into_iter().enumerate() {
+            let mut numbers = [0.0; 4];
+            column.store(&mut numbers);
+            for (row, number) in rows.iter_mut().zip(numbers) {
+                row[i] = number;
+            }
+        }
+        rows.map(|row| Self::F32x4::load(&row))
+    }
     /// The least and the greatest lane of each; without meaning if one is NaN.
     #[inline(always)]
     fn ranges(x: [Self::F32; 8]) -> [[f32; 2]; 8] {

@@ -105,6 +105,12 @@ impl Task for EveryOperation<'_> {
         for start in (0..COUNT).step_by(I::F32x4::WIDTH) {
             let [a, b, c] = self.singles.map(|x| I::F32x4::load(&x[start..]));
             every_operation(&mut fours, a, b, c);
+            let rows = I::transposed([a, b, c, a]);
+            for (i, column) in [a, b, c, a].into_iter().enumerate() {
+                for (j, row) in rows.iter().enumerate() {
+                    assert_eq!(bits(row.get(i)), bits(column.get(j)));
+                }
+            }
         }
         for start in (0..COUNT).step_by(I::F64UpTo4::WIDTH) {
             let [a, b, c] = self.doubles.map(|x| I::F64UpTo4::load(&x[start..]));

@@ -172,7 +172,7 @@ impl Kernel {
 
     #[pyo3(signature = (
         camera, width, height, samples, integrator, occlusion_distance,
-        seed=0, threads=0, progress=None,
+        seed=0, threads=0, progress=None, surfaces=true,
     ))]
     #[allow(clippy::too_many_arguments)]
     fn render<'py>(
@@ -187,6 +187,7 @@ impl Kernel {
         seed: u64,
         threads: usize,
         progress: Option<Bound<'py, PyAny>>,
+        surfaces: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let request = render::Request {
             camera,
@@ -198,6 +199,7 @@ impl Kernel {
             seed,
             threads,
             progress,
+            surfaces,
             set: self.set,
         };
         render::render(py, self.scene.as_find(), &self.appearance, &request)

@@ -28,6 +28,7 @@ pub struct Request<'py> {
     pub seed: u64,
     pub threads: usize,
     pub progress: Option<Bound<'py, PyAny>>,
+    pub surfaces: bool,
     pub set: InstructionSet,
 }
 
@@ -112,6 +113,7 @@ fn picture(request: &Request) -> PyResult<Picture> {
         seed: request.seed,
         threads: request.threads,
         set: request.set,
+        surfaces: request.surfaces,
     })
 }
 
@@ -281,16 +283,18 @@ fn arrays(py: Python<'_>, film: Film) -> PyResult<Bound<'_, PyDict>> {
         "error",
         PyArray1::from_vec(py, pixels.error).reshape([height, width])?,
     )?;
-    arrays.set_item(
-        "depth",
-        PyArray1::from_vec(py, pixels.depth).reshape([height, width])?,
-    )?;
-    arrays.set_item(
-        "normal",
-        PyArray1::from_vec(py, pixels.normal).reshape([height, width, 3])?,
-    )?;
-    let instance = PyArray1::from_vec(py, pixels.instance).reshape([height, width])?;
-    arrays.set_item("instance", instance)?;
+    if let Some(seen) = pixels.surfaces {
+        arrays.set_item(
+            "depth",
+            PyArray1::from_vec(py, seen.depth).reshape([height, width])?,
+        )?;
+        arrays.set_item(
+            "normal",
+            PyArray1::from_vec(py, seen.normal).reshape([height, width, 3])?,
+        )?;
+        let instance = PyArray1::from_vec(py, seen.instance).reshape([height, width])?;
+        arrays.set_item("instance", instance)?;
+    }
     let rays = PyArray0::from_owned_array(py, arr0(rays));
     arrays.set_item("rays", rays)?;
     Ok(arrays)

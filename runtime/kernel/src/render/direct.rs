@@ -23,6 +23,16 @@ struct Path {
     depth: f64,
 }
 
+/// Adds what a slot sees where its ray, of that number, hits nothing.
+#[inline(always)]
+fn show_background(frame: &Frame, samples: &mut Samples, ray: usize, slot: usize, throughput: f64) {
+    let direction = || Vec3::load(&samples.rays.direction, ray);
+    if let Some(background) = frame.lights.behind_all(direction) {
+        samples.add(slot, background * throughput);
+        samples.alpha[slot] = 1.0;
+    }
+}
+
 /// The memory of the integrator.
 #[derive(Default)]
 pub struct Direct {
@@ -63,6 +73,10 @@ impl Direct {
         self.varied.clear();
         self.normals.clear();
         self.paths_behind.clear();
+        if frame.plain {
+            self.scatter_plain::<I>(frame, samples);
+            return;
+        }
         for index in 0..samples.rays.len() {
             let (slot, throughput, depth) = if layer == 0 {
                 (index, 1.0, 0.0)
@@ -71,11 +85,7 @@ impl Direct {
                 (path.slot, path.throughput, path.depth)
             };
             if samples.hits.instance[index] < 0 {
-                let direction = || Vec3::load(&samples.rays.direction, index);
-                if let Some(background) = frame.lights.behind_all(direction) {
-                    samples.add(slot, background * throughput);
-                    samples.alpha[slot] = 1.0;
-                }
+                show_background(frame, samples, index, slot, throughput);
                 continue;
             }
             let number = samples.hits.material[index] as usize;
@@ -91,7 +101,7 @@ impl Direct {
             };
             let depth = depth + samples.hits.t[index];
             if opacity > 0.0 {
-                samples.note(slot, depth, index);
+                samples.note(frame, slot, depth, index);
                 let weight = throughput * opacity;
                 if material.emission != Vec3::ZERO {
                     samples.add(slot, material.emission * weight);
@@ -124,6 +134,31 @@ impl Direct {
         self.vertices.place::<I>(&samples.rays, &samples.hits);
         for &(vertex, normal) in &self.normals {
             self.vertices.shade_with(vertex, normal);
+        }
+    }
+
+    /// The same where surfaces only reflect, and nothing varies over them.
+    #[inline(always)]
+    fn scatter_plain<I: Isa>(&mut self, frame: &Frame, samples: &mut Samples) {
+        let hits = &samples.hits;
+        self.vertices.take(hits);
+        for (alpha, &instance) in samples.alpha.iter_mut().zip(&hits.instance[..hits.len()]) {
+            *alpha = f64::from(u8::from(instance >= 0));
+        }
+        self.vertices.place::<I>(&samples.rays, hits);
+        if frame.lights.background.is_some() {
+            for slot in 0..samples.hits.len() {
+                if samples.hits.instance[slot] < 0 {
+                    show_background(frame, samples, slot, slot, 1.0);
+                }
+            }
+        }
+        if frame.picture.surfaces {
+            for slot in 0..samples.hits.len() {
+                if samples.hits.instance[slot] >= 0 {
+                    samples.note(frame, slot, samples.hits.t[slot], slot);
+                }
+            }
         }
     }
 

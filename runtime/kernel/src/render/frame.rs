@@ -27,6 +27,10 @@ pub struct Frame<'a> {
     pub detail: Option<&'a Detail>,
     /// Whether any material lets light through: only then rays are continued.
     pub transparent: bool,
+    /// Whether all that is seen on surfaces is light that they reflect, all by the scene's materials.
+    pub plain: bool,
+    /// Whether anything is drawn at random.
+    pub draws: bool,
     pub cancelled: &'a AtomicBool,
     /// Rays traced so far.
     pub rays: &'a AtomicU64,
@@ -111,7 +115,7 @@ impl Task for Render<'_, '_> {
         let picture = frame.picture;
         let samples = &mut worker.samples;
         let (per_pixel, occlusion_rays) = picture.samples_and_occlusion_rays();
-        samples.start(picture.seed, tile);
+        samples.start(frame, tile);
         let at_once = match picture.integrator {
             Integrator::AmbientOcclusion { .. } => OCCLUSION_SAMPLES_PER_BATCH,
             _ => SAMPLES_PER_BATCH,
@@ -126,20 +130,22 @@ impl Task for Render<'_, '_> {
                     occlusion.light::<I>(frame, samples, distance, occlusion_rays);
                 }
                 Integrator::Normals => {
-                    samples.show(|hit| Vec3::from(hit.normal) * 0.5 + Vec3::ONE * 0.5);
+                    samples.show(frame, |hit| Vec3::from(hit.normal) * 0.5 + Vec3::ONE * 0.5);
                 }
-                Integrator::Ids => samples.show(|hit| id_color(hit.instance)),
+                Integrator::Ids => samples.show(frame, |hit| id_color(hit.instance)),
             }
             if frame.is_cancelled() {
                 return false;
             }
-            samples.accumulate::<I>();
+            if last < per_pixel {
+                samples.accumulate::<I>();
+            }
             let seen = samples.len() as u64;
             frame.samples.fetch_add(seen, Ordering::Relaxed);
         }
         let pixels = samples.finish::<I>(per_pixel);
         let mut band = band.lock().unwrap_or_else(PoisonError::into_inner);
-        band.insert(tile, pixels);
+        band.insert::<I>(tile, pixels);
         true
     }
 }

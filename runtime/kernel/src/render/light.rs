@@ -274,6 +274,11 @@ impl Lights {
         }
     }
 
+    /// Whether light arrives from directions that are drawn.
+    pub fn draw(&self) -> bool {
+        self.sky != Vec3::ZERO || !self.domes.is_empty() || self.local.iter().any(Light::is_soft)
+    }
+
     /// Whether there is any light at all.
     pub fn is_dark(&self) -> bool {
         self.local.is_empty() && self.sky == Vec3::ZERO && self.background.is_none()

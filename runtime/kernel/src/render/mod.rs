@@ -100,6 +100,8 @@ pub struct Picture {
     pub threads: usize,
     /// Instructions to shade with.
     pub set: InstructionSet,
+    /// Whether the film tells what is seen first.
+    pub surfaces: bool,
 }
 
 /// Camera samples per pixel beyond which ambient occlusion traces several occlusion rays for each
@@ -137,6 +139,12 @@ pub fn render(
     let headlight = (picture.integrator == Integrator::Direct && appearance.is_dark())
         .then(|| Lights::headlight(&picture.camera));
     let lights = headlight.as_ref().unwrap_or(&appearance.lights);
+    let (per_pixel, _) = picture.samples_and_occlusion_rays();
+    let detail = appearance.detail.as_ref();
+    let materials = &appearance.materials;
+    let transparent = materials.iter().any(|material| material.opacity < 1.0)
+        || detail.is_some_and(Detail::is_transparent);
+    let glows = (materials.iter()).any(|material| material.emission != Vec3::ZERO);
     let cancelled = AtomicBool::new(false);
     let (rays, samples) = (AtomicU64::new(0), AtomicU64::new(0));
     let frame = Frame {
@@ -144,16 +152,11 @@ pub fn render(
         picture,
         view: View::new(picture.camera, width, height),
         lights,
-        materials: &appearance.materials,
-        detail: appearance.detail.as_ref(),
-        transparent: appearance
-            .materials
-            .iter()
-            .any(|material| material.opacity < 1.0)
-            || appearance
-                .detail
-                .as_ref()
-                .is_some_and(Detail::is_transparent),
+        materials,
+        detail,
+        transparent,
+        plain: !transparent && !glows && detail.is_none(),
+        draws: per_pixel > 1 || picture.integrator != Integrator::Direct || lights.draw(),
         cancelled: &cancelled,
         rays: &rays,
         samples: &samples,
@@ -164,9 +167,8 @@ pub fn render(
         threads => threads,
     };
     let next = AtomicUsize::new(0);
-    let (per_pixel, _) = picture.samples_and_occlusion_rays();
     let all_samples = f64::from(width) * f64::from(height) * f64::from(per_pixel);
-    let mut film = Film::new(width as usize, height as usize);
+    let mut film = Film::new(width as usize, height as usize, picture.surfaces);
     let bands = film.bands();
     std::thread::scope(|scope| {
         // Nothing is ever sent: that nobody is left who could tells of the end.

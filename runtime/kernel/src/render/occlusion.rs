@@ -49,7 +49,7 @@ impl Occlusion {
             if samples.hits.instance[slot] < 0 {
                 samples.add(slot, Vec3::ONE);
             } else {
-                samples.note(slot, samples.hits.t[slot], slot);
+                samples.note(frame, slot, samples.hits.t[slot], slot);
                 self.vertices.push(slot, slot, 0, 1.0);
             }
         }

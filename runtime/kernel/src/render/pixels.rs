@@ -1,5 +1,6 @@
 //! What the pixels of a tile show: sums of their samples, and what is seen first.
 use super::film::Columns;
+use super::rays::make_room;
 use super::vector::Vec3;
 use crate::lanes::{Isa, Lanes, MAX_WIDTH, Mask, halves, take_bit};
 use crate::ray::Hits;
@@ -27,28 +28,46 @@ pub struct Stretch {
 }
 
 impl Stretch {
+    /// The one from some pixel on, of so many with `each` samples.
+    #[inline(always)]
+    fn of(pixel: usize, pixels: usize, each: usize) -> Stretch {
+        let within = pixel % GROUP;
+        let group = pixel - within;
+        Stretch {
+            pixel,
+            slot: group * each + within,
+            step: GROUP.min(pixels - group),
+        }
+    }
+
     /// All stretches of `width` of so many pixels with `each` samples.
     #[inline(always)]
     pub fn all(pixels: usize, each: usize, width: usize) -> impl Iterator<Item = Stretch> {
-        (0..pixels).step_by(width).map(move |pixel| {
-            let within = pixel % GROUP;
-            let group = pixel - within;
-            Stretch {
-                pixel,
-                slot: group * each + within,
-                step: GROUP.min(pixels - group),
-            }
-        })
+        (0..pixels)
+            .step_by(width)
+            .map(move |pixel| Stretch::of(pixel, pixels, each))
     }
+}
+
+/// The sums of what the samples of W pixels see.
+#[derive(Clone, Copy)]
+struct Sums<L> {
+    color: Vec3<L>,
+    alpha: L,
+    luminance_squared: L,
 }
 
 /// The pixels of a tile, an array for each number.
 #[derive(Default)]
 pub struct Pixels {
     len: usize,
+    /// Whether there are sums, of earlier samples.
+    begun: bool,
     color: [Vec<f64>; 3],
     alpha: Vec<f64>,
     luminance_squared: Vec<f64>,
+    /// Whether what is seen first is wanted: the next ones are kept for it.
+    surfaces: bool,
     /// Squared distance from the centre of the sample nearest to it.
     distance: Vec<f64>,
     /// That sample's slot if it is one of the present ones and has seen nothing yet, else -1.
@@ -70,20 +89,19 @@ pub fn refill<T: Copy>(column: &mut Vec<T>, len: usize, number: T) {
 impl Pixels {
     /// Begins so many pixels: nothing seen.
     #[inline(always)]
-    pub fn start(&mut self, len: usize) {
+    pub fn start(&mut self, len: usize, surfaces: bool) {
         self.len = len;
-        refill(&mut self.distance, len, f64::INFINITY);
-        refill(&mut self.depth, len, f64::INFINITY);
-        refill(&mut self.instance, len, -1);
-        for column in &mut self.normal {
-            refill(column, len, 0.0);
+        self.begun = false;
+        self.surfaces = surfaces;
+        if surfaces {
+            refill(&mut self.distance, len, f64::INFINITY);
+            refill(&mut self.depth, len, f64::INFINITY);
+            refill(&mut self.instance, len, -1);
+            for column in &mut self.normal {
+                refill(column, len, 0.0);
+            }
+            refill(&mut self.nearest, len, -1.0);
         }
-        refill(&mut self.alpha, len, 0.0);
-        refill(&mut self.luminance_squared, len, 0.0);
-        for column in &mut self.color {
-            refill(column, len, 0.0);
-        }
-        self.nearest.resize(len + MAX_WIDTH, -1.0);
     }
 
     /// Forgets what is seen first by pixels that have a sample nearer to their centre now: `each` new
@@ -132,32 +150,68 @@ impl Pixels {
         }
     }
 
-    /// Adds what the slots of `each` samples see, in order.
+    /// The sums of a stretch, with what the slots of `each` samples see added in order.
     #[inline(always)]
-    pub fn add<I: Isa>(&mut self, radiance: &[Vec<f64>; 3], alpha: &[f64], each: usize) {
-        for Stretch { pixel, slot, step } in Stretch::all(self.len, each, I::F64::WIDTH) {
-            let mut color: Vec3<I::F64> = Vec3::load(&self.color, pixel);
-            let mut covered = I::F64::load(&self.alpha[pixel..]);
-            let mut squared = I::F64::load(&self.luminance_squared[pixel..]);
-            for slot in (slot..).step_by(step).take(each) {
-                // A light or surface at the edge of the number range must not spoil the pixel.
-                let seen = Vec3::load(radiance, slot);
-                let seen = Vec3::select(seen.is_finite(), seen, Vec3::splat(Vec3::ZERO));
-                let luminance = seen.luminance();
-                color += seen;
-                covered = covered + I::F64::load(&alpha[slot..]);
-                squared = squared + luminance * luminance;
+    fn sums<L: Lanes<Scalar = f64>>(
+        &self,
+        Stretch { pixel, slot, step }: Stretch,
+        radiance: &[Vec<f64>; 3],
+        alpha: &[f64],
+        each: usize,
+    ) -> Sums<L> {
+        let mut sums = if self.begun {
+            Sums {
+                color: Vec3::load(&self.color, pixel),
+                alpha: L::load(&self.alpha[pixel..]),
+                luminance_squared: L::load(&self.luminance_squared[pixel..]),
             }
-            color.store(&mut self.color, pixel);
-            covered.store(&mut self.alpha[pixel..]);
-            squared.store(&mut self.luminance_squared[pixel..]);
+        } else {
+            Sums {
+                color: Vec3::splat(Vec3::ZERO),
+                alpha: L::zero(),
+                luminance_squared: L::zero(),
+            }
+        };
+        for sample in 0..each {
+            let slot = slot + sample * step;
+            // A light or surface at the edge of the number range must not spoil the pixel.
+            let seen = Vec3::load(radiance, slot);
+            let seen = Vec3::select(seen.is_finite(), seen, Vec3::splat(Vec3::ZERO));
+            let luminance = seen.luminance();
+            sums.color += seen;
+            sums.alpha = sums.alpha + L::load(&alpha[slot..]);
+            sums.luminance_squared = sums.luminance_squared + luminance * luminance;
         }
+        sums
     }
 
-    /// The pixels as a film has them, after so many samples of each.
+    /// Adds what the slots of `each` samples see, in order; these are not the last.
     #[inline(always)]
-    pub fn finish<I: Isa>(&mut self, samples: u32) -> &Columns {
-        let to = &mut self.finished;
+    pub fn add<I: Isa>(&mut self, radiance: &[Vec<f64>; 3], alpha: &[f64], each: usize) {
+        make_room(&mut self.color, self.len);
+        make_room(std::slice::from_mut(&mut self.alpha), self.len);
+        make_room(std::slice::from_mut(&mut self.luminance_squared), self.len);
+        for stretch in Stretch::all(self.len, each, I::F64::WIDTH) {
+            let sums: Sums<I::F64> = self.sums(stretch, radiance, alpha, each);
+            let pixel = stretch.pixel;
+            sums.color.store(&mut self.color, pixel);
+            sums.alpha.store(&mut self.alpha[pixel..]);
+            (sums.luminance_squared).store(&mut self.luminance_squared[pixel..]);
+        }
+        self.begun = true;
+    }
+
+    /// Adds what the slots of the last `each` samples see: the pixels as a film has them, of so many
+    /// samples in all.
+    #[inline(always)]
+    pub fn finish<I: Isa>(
+        &mut self,
+        radiance: &[Vec<f64>; 3],
+        alpha: &[f64],
+        each: usize,
+        samples: u32,
+    ) -> &Columns {
+        let mut to = std::mem::take(&mut self.finished);
         to.make_room(self.len + MAX_WIDTH);
         let width = I::F64::WIDTH;
         let count = f64::from(samples);
@@ -165,16 +219,19 @@ impl Pixels {
         let (others, count) = (I::F64::splat(count - 1.0), I::F64::splat(count));
         for first in (0..self.len).step_by(I::F32::WIDTH) {
             let [low, high] = halves!(|h| {
-                let first = first + h * width;
-                let color: Vec3<I::F64> = Vec3::load(&self.color, first);
-                let color = color * part;
-                let alpha = I::F64::load(&self.alpha[first..]) / count;
+                // Where there is no second half, the first one will do.
+                let pixel = first + h * width;
+                let pixel = if pixel < self.len { pixel } else { first };
+                let stretch = Stretch::of(pixel, self.len, each);
+                let sums: Sums<I::F64> = self.sums(stretch, radiance, alpha, each);
+                let color = sums.color * part;
+                let alpha = sums.alpha / count;
                 let error = if samples == 1 {
                     I::F64::splat(f64::NAN)
                 } else {
                     // Unbiased variance of one sample, over the number of samples.
                     let mean = color.luminance();
-                    let squared = I::F64::load(&self.luminance_squared[first..]) / count;
+                    let squared = sums.luminance_squared / count;
                     let variance = (squared - mean * mean).max(I::F64::zero());
                     (variance / others).sqrt()
                 };
@@ -190,19 +247,25 @@ impl Pixels {
                 numbers.store(&mut to[first..]);
             }
             I::narrow(low.2, high.2).store(&mut to.error[first..]);
-            let seen = [
-                &self.depth,
-                &self.normal[0],
-                &self.normal[1],
-                &self.normal[2],
-            ];
-            let [x, y, z] = &mut to.normal;
-            for (to, from) in [&mut to.depth, x, y, z].into_iter().zip(seen) {
-                let [low, high] = halves!(|h| I::F64::load(&from[first + h * width..]));
+        }
+        if self.surfaces {
+            self.finish_surfaces::<I>(&mut to);
+        }
+        self.finished = to;
+        &self.finished
+    }
+
+    /// What is seen first, as a film has it.
+    #[inline(always)]
+    fn finish_surfaces<I: Isa>(&self, to: &mut Columns) {
+        let [nx, ny, nz] = &self.normal;
+        let [x, y, z] = &mut to.normal;
+        for (to, from) in [(&mut to.depth, &self.depth), (x, nx), (y, ny), (z, nz)] {
+            for first in (0..self.len).step_by(I::F32::WIDTH) {
+                let [low, high] = halves!(|h| I::F64::load(&from[first + h * I::F64::WIDTH..]));
                 I::narrow(low, high).store(&mut to[first..]);
             }
         }
         to.instance[..self.len].copy_from_slice(&self.instance[..self.len]);
-        to
     }
 }

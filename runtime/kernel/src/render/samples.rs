@@ -25,11 +25,12 @@ pub struct Samples {
     pub radiance: [Vec<f64>; 3],
     /// See `radiance`.
     pub alpha: Vec<f64>,
-    /// Of each slot: its pixel's key and its sample number, see `super::sampler`.
+    /// Of each slot, where anything is drawn: its pixel's key and its sample number, see
+    /// `super::sampler`.
     pub keys: Vec<PixelKey>,
     /// See `keys`.
     pub indices: Vec<u32>,
-    /// The pixel of each slot.
+    /// The pixel of each slot, where it is asked what is seen first.
     owners: Vec<u32>,
     /// Of each slot, where in its pixel the ray goes through, by column.
     points: [Vec<f64>; 2],
@@ -50,17 +51,17 @@ pub struct Samples {
 impl Samples {
     /// Begins a tile.
     #[inline(always)]
-    pub fn start(&mut self, seed: u64, tile: &Tile) {
-        let seed = PixelKey::seed(seed);
+    pub fn start(&mut self, frame: &Frame, tile: &Tile) {
+        let seed = PixelKey::seed(frame.picture.seed);
         let count = tile.width as usize * tile.height as usize;
         if (tile.width, tile.height) != (self.tile.width, self.tile.height) {
             let [columns, rows] = &mut self.places;
             columns.clear();
             rows.clear();
-            tile.for_each_run(|x, y, len| {
-                columns.extend(x..x + len);
-                rows.extend((0..len).map(|_| y));
-            });
+            for run in tile.runs() {
+                columns.extend(run.x..run.x + run.len);
+                rows.extend((0..run.len).map(|_| run.y));
+            }
             self.numbers.clear();
             self.numbers.extend(0..(count + MAX_WIDTH) as u32);
             make_room(&mut self.corners, count);
@@ -68,8 +69,10 @@ impl Samples {
         }
         self.tile = *tile;
         let [columns, rows] = &self.places;
-        for (key, (x, y)) in self.pixel_keys.iter_mut().zip(columns.iter().zip(rows)) {
-            *key = seed.of_pixel(tile.x + x, tile.y + y);
+        if frame.draws {
+            for (key, (x, y)) in self.pixel_keys.iter_mut().zip(columns.iter().zip(rows)) {
+                *key = seed.of_pixel(tile.x + x, tile.y + y);
+            }
         }
         let first = [tile.x, tile.y];
         for ((corners, places), first) in self.corners.iter_mut().zip(&self.places).zip(first) {
@@ -77,7 +80,7 @@ impl Samples {
                 *corner = f64::from(first + place);
             }
         }
-        self.pixels.start(count);
+        self.pixels.start(count, frame.picture.surfaces);
     }
 
     /// How many slots there are.
@@ -93,16 +96,25 @@ impl Samples {
     pub fn see<I: Isa>(&mut self, frame: &Frame, range: Range<u32>, per_pixel: u32) {
         self.each = range.len();
         let (each, pixels, count) = (range.len(), self.places[0].len(), self.len());
-        self.keys.resize(count + MAX_WIDTH, PixelKey::seed(0));
-        self.indices.resize(count + MAX_WIDTH, 0);
-        self.owners.resize(count + MAX_WIDTH, 0);
-        for Stretch { pixel, slot, step } in Stretch::all(pixels, each, GROUP) {
-            // Whole groups are written in order: what is too much is written over.
-            for (slot, sample) in (slot..).step_by(step).zip(range.clone()) {
-                let (from, to) = (pixel..pixel + GROUP, slot..slot + GROUP);
-                self.keys[to.clone()].copy_from_slice(&self.pixel_keys[from.clone()]);
-                self.owners[to.clone()].copy_from_slice(&self.numbers[from]);
-                self.indices[to].fill(sample);
+        if frame.draws {
+            self.keys.resize(count + MAX_WIDTH, PixelKey::seed(0));
+            self.indices.resize(count + MAX_WIDTH, 0);
+            for Stretch { pixel, slot, step } in Stretch::all(pixels, each, GROUP) {
+                // Whole groups are written in order: what is too much is written over.
+                for (slot, sample) in (slot..).step_by(step).zip(range.clone()) {
+                    let to = slot..slot + GROUP;
+                    self.keys[to.clone()].copy_from_slice(&self.pixel_keys[pixel..pixel + GROUP]);
+                    self.indices[to].fill(sample);
+                }
+            }
+        }
+        if frame.picture.surfaces {
+            self.owners.resize(count + MAX_WIDTH, 0);
+            for Stretch { pixel, slot, step } in Stretch::all(pixels, each, GROUP) {
+                for slot in (slot..).step_by(step).take(each) {
+                    let numbers = &self.numbers[pixel..pixel + GROUP];
+                    self.owners[slot..slot + GROUP].copy_from_slice(numbers);
+                }
             }
         }
         if per_pixel == 1 {
@@ -127,7 +139,9 @@ impl Samples {
             }
         }
         frame.view.aim::<I>(&self.window, count, &mut self.rays);
-        self.pixels.choose_nearest::<I>(&self.points, each);
+        if frame.picture.surfaces {
+            self.pixels.choose_nearest::<I>(&self.points, each);
+        }
         for column in &mut self.radiance {
             refill(column, count, 0.0);
         }
@@ -135,9 +149,13 @@ impl Samples {
         frame.closest(&self.rays, &mut self.hits);
     }
 
-    /// Notes hit number `hit`, at `depth` along the viewing axis, as the first thing that `slot` sees.
+    /// Notes hit number `hit`, at `depth` along the viewing axis, as the first thing that `slot`
+    /// sees, if that is asked for.
     #[inline(always)]
-    pub fn note(&mut self, slot: usize, depth: f64, hit: usize) {
+    pub fn note(&mut self, frame: &Frame, slot: usize, depth: f64, hit: usize) {
+        if !frame.picture.surfaces {
+            return;
+        }
         let pixel = self.owners[slot] as usize;
         self.pixels.note(pixel, slot, depth, &self.hits, hit);
     }
@@ -152,26 +170,27 @@ impl Samples {
 
     /// Colours every hit by itself.
     #[inline(always)]
-    pub fn show(&mut self, color: impl Fn(&Hit) -> Vec3) {
+    pub fn show(&mut self, frame: &Frame, color: impl Fn(&Hit) -> Vec3) {
         for slot in 0..self.hits.len() {
             let hit = self.hits.get(slot);
             if hit.instance >= 0 {
-                self.note(slot, hit.t, slot);
+                self.note(frame, slot, hit.t, slot);
                 self.add(slot, color(&hit));
                 self.alpha[slot] = 1.0;
             }
         }
     }
 
-    /// Adds what the present samples see to their pixels, in order.
+    /// Adds what the present samples see to their pixels, in order; others follow.
     #[inline(always)]
     pub fn accumulate<I: Isa>(&mut self) {
-        self.pixels.add::<I>(&self.radiance, &self.alpha, self.each);
+        (self.pixels).add::<I>(&self.radiance, &self.alpha, self.each);
     }
 
-    /// The finished pixels, in the tile's order.
+    /// Adds what the present samples see, the last of `per_pixel`: the finished pixels, in the
+    /// tile's order.
     #[inline(always)]
     pub fn finish<I: Isa>(&mut self, per_pixel: u32) -> &Columns {
-        self.pixels.finish::<I>(per_pixel)
+        (self.pixels).finish::<I>(&self.radiance, &self.alpha, self.each, per_pixel)
     }
 }

@@ -60,7 +60,7 @@ impl Shadows {
             let (shines, light) = light.illuminate(origin, point);
             let normal = Vec3::load(&vertices.normal, first);
             let view = Vec3::load(&vertices.view, first);
-            let numbers = &vertices.materials[first..first + len];
+            let numbers = &vertices.materials[first..first + L::WIDTH];
             let mut reflected = Vec3::splat(Vec3::ZERO);
             let mut left = (shines & Mask::first(len)).bits();
             while left != 0 {

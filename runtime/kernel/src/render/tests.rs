@@ -3,6 +3,7 @@ use super::*;
 use crate::ray::{Hit, Hits, Ray, Rays};
 use camera::Projection;
 use dome::Dome;
+use film::SurfaceLayers;
 use light::Light;
 use material::Parameters;
 use texture::{Image, Texels};
@@ -99,6 +100,7 @@ fn picture(size: u32, samples: u32, integrator: Integrator) -> Picture {
         seed: 0,
         threads: 2,
         set: InstructionSet::available()[0],
+        surfaces: true,
     }
 }
 
@@ -135,6 +137,10 @@ fn film(scene: &Spheres, lights: Lights, materials: Vec<Material>, picture: &Pic
 }
 
 /// The colour of the pixel at column x and row y.
+fn surfaces(film: &Film) -> &SurfaceLayers {
+    film.pixels.surfaces.as_ref().unwrap()
+}
+
 fn pixel(film: &Film, x: usize, y: usize) -> [f32; 4] {
     let start = 4 * (y * film.width + x);
     film.pixels.color[start..start + 4].try_into().unwrap()
@@ -177,7 +183,7 @@ fn a_picture_is_the_same_on_any_number_of_threads() {
             .into();
         for other in &films[1..] {
             assert_eq!(films[0].pixels.color, other.pixels.color, "{integrator:?}");
-            assert_eq!(films[0].pixels.instance, other.pixels.instance);
+            assert_eq!(surfaces(&films[0]).instance, surfaces(other).instance);
             assert_eq!(films[0].rays, other.rays);
         }
     }
@@ -353,11 +359,11 @@ fn layers_of_transparent_surfaces_multiply() {
     // Outside sees all of the sky; inside sees it through one more layer.
     let expected = 0.25 + 0.75 * 0.25 * 0.75;
     assert!((f64::from(red) - expected).abs() < 1e-6, "{red}");
-    assert_eq!(glass.pixels.depth[8 * 16 + 8].round(), 9.0);
+    assert_eq!(surfaces(&glass).depth[8 * 16 + 8].round(), 9.0);
     let cut = film(&unit_sphere(), sky(1.0), vec![matte(1.0, 0.0)], &picture);
     assert_eq!(pixel(&cut, 8, 8), [1.0; 4]);
     assert_eq!(
-        cut.pixels.instance[8 * 16 + 8],
+        surfaces(&cut).instance[8 * 16 + 8],
         -1,
         "what is cut out is not seen"
     );
@@ -374,14 +380,14 @@ fn images_of_the_first_hit_are_those_of_the_pixel_centre() {
     let center = 16 * 32 + 16;
     let (x, y) = (2.0 / 32.0, -2.0 / 32.0);
     let z = (1.0f64 - x * x - y * y).sqrt();
-    assert!((f64::from(single.pixels.depth[center]) - (10.0 - z)).abs() < 1e-6);
-    let normal = &single.pixels.normal[3 * center..3 * center + 3];
+    assert!((f64::from(surfaces(&single).depth[center]) - (10.0 - z)).abs() < 1e-6);
+    let normal = &surfaces(&single).normal[3 * center..3 * center + 3];
     for (got, expected) in normal.iter().zip([x, y, z]) {
         assert!((f64::from(*got) - expected).abs() < 1e-6, "{normal:?}");
     }
-    assert_eq!(single.pixels.instance[center], 0);
-    assert_eq!(single.pixels.instance[0], -1);
-    assert_eq!(single.pixels.depth[0], f32::INFINITY);
+    assert_eq!(surfaces(&single).instance[center], 0);
+    assert_eq!(surfaces(&single).instance[0], -1);
+    assert_eq!(surfaces(&single).depth[0], f32::INFINITY);
     assert!(single.pixels.error[0].is_nan(), "one sample tells no error");
 }
 

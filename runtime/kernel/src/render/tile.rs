@@ -45,17 +45,57 @@ impl Tile {
         (self.y / SIZE) as usize
     }
 
-    /// Visits the rows of its blocks, block by block, by column, row and length within the tile.
-    /// Pixels are numbered in this order.
+    /// The rows of its blocks, block by block. Pixels are numbered in this order.
     #[inline(always)]
-    pub fn for_each_run(&self, mut visit: impl FnMut(u32, u32, u32)) {
-        for top in (0..self.height).step_by(BLOCK as usize) {
-            for left in (0..self.width).step_by(BLOCK as usize) {
-                for y in top..self.height.min(top + BLOCK) {
-                    visit(left, y, BLOCK.min(self.width - left));
-                }
+    pub fn runs(&self) -> Runs {
+        Runs {
+            width: self.width,
+            height: self.height,
+            next: Run::default(),
+        }
+    }
+}
+
+/// Neighbours in a row of a block.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Run {
+    /// The first one's column within the tile.
+    pub x: u32,
+    /// Their row within the tile.
+    pub y: u32,
+    /// How many they are: [`BLOCK`], or fewer at the right edge.
+    pub len: u32,
+}
+
+/// See [`Tile::runs`].
+pub struct Runs {
+    width: u32,
+    height: u32,
+    /// Without its length.
+    next: Run,
+}
+
+impl Iterator for Runs {
+    type Item = Run;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Run> {
+        let Run { x, y, .. } = self.next;
+        if y >= self.height {
+            return None;
+        }
+        let next = &mut self.next;
+        next.y += 1;
+        if next.y.is_multiple_of(BLOCK) || next.y == self.height {
+            next.x += BLOCK;
+            if next.x < self.width {
+                next.y = y / BLOCK * BLOCK;
+            } else {
+                next.x = 0;
             }
         }
+        let len = BLOCK.min(self.width - x);
+        Some(Run { x, y, len })
     }
 }
 
@@ -69,11 +109,11 @@ mod tests {
             let mut seen = vec![0; (width * height) as usize];
             for index in 0..Tile::count(width, height) {
                 let tile = Tile::new(index, width, height);
-                tile.for_each_run(|left, y, len| {
-                    for x in left..left + len {
-                        seen[((tile.y + y) * width + tile.x + x) as usize] += 1;
+                for run in tile.runs() {
+                    for x in run.x..run.x + run.len {
+                        seen[((tile.y + run.y) * width + tile.x + x) as usize] += 1;
                     }
-                });
+                }
             }
             assert!(seen.iter().all(|&count| count == 1), "{width} × {height}");
         }

@@ -4,7 +4,7 @@ use super::rays::{RayLists, make_room};
 use super::sampler::{PixelKey, points};
 use super::samples::Samples;
 use super::vector::Vec3;
-use crate::lanes::{Isa, Lanes, MAX_WIDTH};
+use crate::lanes::{Isa, Lanes, MAX_WIDTH, take_bit};
 use crate::ray::{Hit, Hits, Ray};
 
 /// Where secondary rays start, and what shading needs to know, an array for each number.
@@ -67,6 +67,37 @@ impl Vertices {
         self.hits.clear();
     }
 
+    /// Makes them those of all hits, each seen whole by the slot of the same number.
+    #[inline(always)]
+    pub fn take(&mut self, hits: &Hits) {
+        self.clear();
+        for first in (0..hits.len()).step_by(MAX_WIDTH) {
+            let some = MAX_WIDTH.min(hits.len() - first);
+            let mut hit = 0;
+            for (lane, &instance) in hits.instance[first..][..MAX_WIDTH].iter().enumerate() {
+                hit |= u32::from(instance >= 0) << lane;
+            }
+            hit &= (1 << some) - 1;
+            // Nearly all are of the one or the other kind.
+            if hit == (1 << MAX_WIDTH) - 1 {
+                let (mut materials, mut numbers) = ([0; MAX_WIDTH], [0; MAX_WIDTH]);
+                for lane in 0..MAX_WIDTH {
+                    materials[lane] = hits.material[first + lane] as u32;
+                    numbers[lane] = (first + lane) as u32;
+                }
+                self.materials.extend_from_slice(&materials);
+                self.hits.extend_from_slice(&numbers);
+                continue;
+            }
+            while let Some(lane) = take_bit(&mut hit) {
+                self.materials.push(hits.material[first + lane] as u32);
+                self.hits.push((first + lane) as u32);
+            }
+        }
+        self.slots.extend_from_slice(&self.hits);
+        self.weights.resize(self.hits.len(), 1.0);
+    }
+
     /// Adds a vertex of a slot where ray number `hit` hits, later than those before.
     #[inline(always)]
     pub fn push(&mut self, slot: usize, hit: usize, material: usize, weight: f64) {
@@ -84,6 +115,7 @@ impl Vertices {
         make_room(&mut self.normal, len);
         make_room(&mut self.view, len);
         self.weights.resize(len + MAX_WIDTH, 0.0);
+        self.materials.resize(len + MAX_WIDTH, 0);
         for first in (0..len).step_by(width) {
             let places = &self.hits[first..len.min(first + width)];
             let direction: Vec3<I::F64> = gather_vector(&rays.direction, places);

@@ -28,10 +28,12 @@ fn extent<L: Lanes<Scalar = f32>>(node: &Node, first: usize) -> L {
 #[inline(always)]
 pub fn large_children<I: Isa>(node: &Node) -> u32 {
     type N<I> = <I as Isa>::F32UpTo8;
-    (0..WIDTH).step_by(N::<I>::WIDTH).fold(0, |large, first| {
+    let mut large = 0;
+    for first in (0..WIDTH).step_by(N::<I>::WIDTH) {
         let extent = extent::<N<I>>(node, first);
-        large | N::<I>::splat(LARGE).lt(extent).bits() << first
-    })
+        large |= N::<I>::splat(LARGE).lt(extent).bits() << first;
+    }
+    large
 }
 
 /// The rays, and what bounds them.

@@ -46,6 +46,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
     /// Rays of a packet.
     pub const WIDTH: usize = I::F32::WIDTH;
 
+    #[inline(always)]
     pub fn new(scene: &'s Scene<F>) -> Self {
         let zero = [I::F64::zero(); 2];
         Packet {

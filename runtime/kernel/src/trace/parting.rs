@@ -11,7 +11,7 @@ use super::precision::{Halves, PacketMask, Precision};
 use super::single;
 use super::singles::Singles;
 use super::tree_rays::TreeRays;
-use crate::bvh::{Child, WIDTH};
+use crate::bvh::Child;
 use crate::instance::LevelRays;
 use crate::lanes::{Isa, Lanes, Mask, Task, axes, each, halves, take_bit};
 use crate::scene::{Geometry, Group, Scene};
@@ -24,6 +24,7 @@ const FEW_IN_GROUP: u32 = 8;
 const FEW_IN_MESH: u32 = 2;
 
 /// The children of the root that are large leaves of instances of objects, as bits.
+#[inline(always)]
 pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
     let root = &scene.groups[0];
     let Some(node) = root.tree.nodes.first() else {
@@ -42,9 +43,13 @@ pub(super) fn large_leaves<I: Isa, F: Precision>(scene: &Scene<F>) -> u32 {
             (block.instances[..block.len as usize].iter()).all(is_object)
         }
     };
-    (0..WIDTH)
-        .filter(|&i| large_children::<I>(node) >> i & 1 != 0 && is_object(&node.children[i]))
-        .fold(0, |leaves, i| leaves | 1 << i)
+    let (large, mut leaves) = (large_children::<I>(node), 0);
+    for (i, child) in node.children.iter().enumerate() {
+        if large >> i & 1 != 0 && is_object(child) {
+            leaves |= 1 << i;
+        }
+    }
+    leaves
 }
 
 /// Begins with rays that are at the root: finds the nearest hits of large leaves of the root's tree
