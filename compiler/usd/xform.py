@@ -93,25 +93,32 @@ def _attributes(attribute: Callable[[str], Any]) -> list[tuple[NamedOp, Any]] | 
     order = said.Get() if said else None
     if not isinstance(order, Vt.TokenArray):
         return None
-    ops = _ops_in(order)
+    ops = _ORDERS.ops_in(order)
     if ops is None:
         return None
     found = [(op, attribute(op.attribute)) for op in ops]
     return found if all(own for _, own in found) else None
 
 
-_LAST_ORDER: list[tuple[Any, tuple[NamedOp, ...] | None]] = []
-"""Most prims say the order of the one before: to compare is one call, to read it one for each."""
+@dataclass(slots=True)
+class _Orders:
+    """A cache of one `xformOpOrder`: most prims say that of the prim before.
+
+    To compare two takes one call of usd-core, to read one a call for each name.
+    """
+
+    last: Any = None
+    ops: tuple[NamedOp, ...] | None = None
+
+    def ops_in(self, order: Any) -> tuple[NamedOp, ...] | None:
+        """The operations of an `xformOpOrder`, see `_named_ops`."""
+        if self.last != order:
+            # Iterators of usd-core's arrays cost microseconds.
+            self.last, self.ops = order, _named_ops(tuple([order[n] for n in range(len(order))]))
+        return self.ops
 
 
-def _ops_in(order: Any) -> tuple[NamedOp, ...] | None:
-    """The operations of an `xformOpOrder`, see `_named_ops`."""
-    if _LAST_ORDER and _LAST_ORDER[0][0] == order:
-        return _LAST_ORDER[0][1]
-    # Iterators of usd-core's arrays cost microseconds.
-    ops = _named_ops(tuple([order[n] for n in range(len(order))]))
-    _LAST_ORDER[:] = [(order, ops)]
-    return ops
+_ORDERS = _Orders()
 
 
 @lru_cache(4096)
@@ -143,7 +150,7 @@ def world_matrix(prim: Any, clock: Clock, report: Report) -> Any:
     """Stage from a prim's own space, as usd-core's Gf.Matrix4d (row vectors)."""
     matrix = Gf.Matrix4d(1.0)
     for each in _up(prim):
-        for op in reversed(_ordered_ops(UsdGeom.Xformable(each))):
+        for op in reversed(_ordered_ops(UsdGeom.Xformable(each), report)):
             try:
                 matrix *= op.GetOpTransform(clock.code(op.GetAttr()))
             except Tf.ErrorException:
@@ -151,15 +158,22 @@ def world_matrix(prim: Any, clock: Clock, report: Report) -> Any:
     return matrix
 
 
-def _ordered_ops(xformable: Any, report: Report | None = None) -> list[Any]:
-    """The operations in the order of `xformOpOrder`; none where that names no operations."""
+def _ordered_ops(xformable: Any, report: Report) -> list[Any]:
+    """The operations in the order of `xformOpOrder`, as usd-core gives them.
+
+    Where it raises for a name that cannot be one's, all others are found by theirs.
+    """
     try:
         return list(xformable.GetOrderedXformOps())
     except Tf.ErrorException:
-        if report is not None:
-            message = "an `xformOpOrder` with a name that cannot be is not used"
-            report.add("usd-transform", message, xformable.GetPath())
-        return []
+        message = "names that cannot be in an `xformOpOrder` are left out of it"
+        report.add("usd-transform", message, xformable.GetPath())
+    order = list(xformable.GetXformOpOrderAttr().Get() or ())
+    if UsdGeom.XformOpTypes.resetXformStack in order:
+        order = order[len(order) - order[::-1].index(UsdGeom.XformOpTypes.resetXformStack) :]
+    named = (op for op in map(_named, order) if op.kind in _KINDS)
+    found = ((op, xformable.GetPrim().GetAttribute(op.attribute)) for op in named)
+    return [UsdGeom.XformOp(attribute, op.inverse) for op, attribute in found if attribute]
 
 
 def _up(prim: Any) -> Iterator[Any]:

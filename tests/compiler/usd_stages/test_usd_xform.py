@@ -208,3 +208,25 @@ def Cube "c" {
 }
 """).leaves
     assert np.diag(leaf.world).tolist() == [1.0, 0.25, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("name", ["xformOp:shear:x", "translate", "", "xformOp:translate:", "é"])
+def test_names_that_cannot_be_in_an_order_leave_the_others(
+    load: Callable[..., Any], name: str
+) -> None:
+    imported = load(f"""
+def Xform "above" {{
+    double3 xformOp:translate = (9, 9, 9)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Cube "c" {{
+        double3 xformOp:translate = (0, 5, 0)
+        double3 xformOp:scale = (2, 2, 2)
+        double3 xformOp:shear:x = (1, 1, 1)
+        uniform token[] xformOpOrder = ["xformOp:scale", "!resetXformStack!", "{name}",
+            "xformOp:translate", "!invert!xformOp:scale"]
+    }}
+}}
+""")
+    (leaf,) = imported.leaves
+    assert leaf.world[:3].tolist() == [[0.5, 0, 0, 0], [0, 0.5, 0, 5], [0, 0, 0.5, 0]]
+    assert {d.primary.place.prim for d in imported.diagnostics} == {"/above/c"}
