@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pxr import Sdf, UsdShade
+from pxr import Gf, Sdf, UsdShade
 
 from compiler.usd import materialx
 from compiler.usd.clock import Clock
@@ -26,8 +26,16 @@ _INPUTS = {
     "ior": "ior",
 }
 _MAPS = {"normal": "normal", "displacement": "displacement", "occlusion": "occlusion"}
+_NOTHING = {"UsdPrimvarReader_float": 0.0, "UsdPrimvarReader_float3": (0.0, 0.0, 0.0)}
+"""The fallbacks of primvar readers that say none."""
 _COLORS = {"emission", "diffuse", "specular"}
-_IGNORED = ("displacement", "occlusion", "opacityMode")
+_IGNORED: dict[str, Any] = {
+    "displacement": 0.0,
+    "normal": Gf.Vec3f(0.0, 0.0, 1.0),  # but for textures of normals
+    "occlusion": 1.0,
+    "opacityMode": "transparent",
+}
+"""Inputs that are not used, with the values that say nothing."""
 
 
 def color(value: Any) -> Color | None:
@@ -85,9 +93,9 @@ class Materials:
             elif value is not None:
                 message = f"`inputs:{name}` has no finite value of its type"
                 self._report.add("usd-material", message, shader.GetPath())
-        for name in _IGNORED:
-            port = shader.GetInput(name)
-            if port and port.HasConnectedSource():
+        for name, nothing in _IGNORED.items():
+            used = name == "normal" and found[name] is not None
+            if not used and self._says_something(shader, name, nothing):
                 message = f"`inputs:{name}` of surfaces is not used"
                 self._report.add("usd-material", message, shader.GetPath())
         workflow = self._value(shader, "useSpecularWorkflow")
@@ -115,6 +123,15 @@ class Materials:
                 return self._textures.read(source, parameter)
         return None
 
+    def _says_something(self, shader: Any, name: str, nothing: Any) -> bool:
+        """Whether an input comes from a network, or has another constant than `nothing`."""
+        port = shader.GetInput(name)
+        sources = port.GetValueProducingAttributes() if port else ()
+        if not all(map(UsdShade.Input.IsInput, sources)):
+            return True
+        value = self._value(shader, name)
+        return value is not None and value != nothing
+
     def _value(self, shader: Any, name: str, said: bool = True) -> Any:
         """An input's constant, also through a material's interface; None where it has none.
 
@@ -134,10 +151,11 @@ class Materials:
 
     def _fallback(self, output: Any) -> Any:
         """What a texture or primvar reader says to use in its stead."""
-        port = UsdShade.Shader(output.GetPrim()).GetInput("fallback")
+        shader = UsdShade.Shader(output.GetPrim())
+        port = shader.GetInput("fallback")
         value = self._clock.value(port.GetAttr()) if port else None
         if value is None:
-            return None
+            return _NOTHING.get(shader.GetShaderId() or "")
         channels = {"r": 0, "g": 1, "b": 2, "a": 3}
         name = UsdShade.Output(output).GetBaseName()
         try:

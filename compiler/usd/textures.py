@@ -122,6 +122,8 @@ class Textures:
         for source in port.GetValueProducingAttributes() if port else ():
             if UsdShade.Input.IsInput(source):
                 return self._clock.value(source)
+            message = f"`inputs:{name}` of a texture comes from a network, and is not used"
+            self._report.add("usd-material", message, shader.GetPath())
         return None
 
     def _text(self, shader: Any, name: str) -> str:

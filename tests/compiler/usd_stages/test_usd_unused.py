@@ -111,7 +111,7 @@ HOSTS = {
 }  # fmt: skip
 """What a schema is applied to, where not to a mesh."""
 
-NO_PICTURE = ("collection:", "physics:", "ui:", "drive:", "limit:", "semantics:", "coordSys:")
+NO_PICTURE = ("collection:inst", "physics:", "ui:", "drive:", "limit:", "semantics:", "coordSys:")
 """Namespaces that no picture depends on, or that say nothing on their own."""
 
 IN_OTHER_WORDS = {
@@ -156,6 +156,8 @@ def author(prim: Any, names: Iterable[str]) -> set[str]:
         if name in READ_OF_ALL or name.startswith(NO_PICTURE):
             continue
         attribute = prim.GetAttribute(name)
+        if attribute and attribute.GetTypeName() == "opaque":
+            continue
         if attribute:
             attribute.Set(other(attribute, name))
         else:
@@ -242,6 +244,53 @@ def test_equal_attributes_of_many_prims_are_one_line(
     imported = load(f'def Mesh "a" {mesh}def Mesh "b" {mesh}')
     (found,) = imported.diagnostics
     assert (found.code, found.message) == ("usd-unused", f"{words} is not used (2 prims)")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("float inputs:displacement = 0.25", "`inputs:displacement` of surfaces is not used"),
+        ("float inputs:occlusion = 0.25", "`inputs:occlusion` of surfaces is not used"),
+        ('token inputs:opacityMode = "presence"', "`inputs:opacityMode` of surfaces is not used"),
+        ("normal3f inputs:normal = (1, 0, 0)", "`inputs:normal` of surfaces is not used"),
+        ("normal3f inputs:normal.connect = </m/x.outputs:n>", "`inputs:normal` of surfaces"),
+        ("float inputs:roughness.connect = </m/x.outputs:n>", "`inputs:roughness` comes from"),
+        ("float inputs:roughness.connect = </m/t.outputs:r>", "`inputs:bias` of a texture comes"),
+        ("float inputs:occlusion.connect = </m/t.outputs:r>", "`inputs:occlusion` of surfaces"),
+        ("float inputs:displacement = 0", ""),
+        ("float inputs:occlusion = 1", ""),
+        ('token inputs:opacityMode = "transparent"', ""),
+        ("normal3f inputs:normal = (0, 0, 1)", ""),
+    ],
+)
+def test_every_input_of_surfaces_is_honoured_or_reported(
+    load: Callable[..., Any], line: str, words: str
+) -> None:
+    imported = load(f"""
+def Material "m" {{
+    token outputs:surface.connect = </m/s.outputs:surface>
+    def Shader "s" {{
+        uniform token info:id = "UsdPreviewSurface"
+        {line}
+        token outputs:surface
+    }}
+    def Shader "t" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @none.<UDIM>.png@
+        float4 inputs:bias.connect = </m/x.outputs:n>
+        float outputs:r
+    }}
+    def Shader "x" {{
+        uniform token info:id = "studio_noise"
+        float outputs:n
+    }}
+}}
+def Sphere "ball" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+    rel material:binding = </m>
+}}
+""")
+    said = [diagnostic.message for diagnostic in imported.diagnostics]
+    assert any(words in message for message in said) if words else said == []
 
 
 def test_what_says_nothing_is_not_reported(load: Callable[..., Any]) -> None:
