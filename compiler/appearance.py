@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compiler import ir
 from compiler.affine import Affine
-from compiler.double_double import ZERO, DoubleDouble, Part
+from compiler.double_double import ZERO, DoubleDouble
 from compiler.provenance import Texts
 from compiler.transforms import with_inverse
-from compiler.vectors import cross, dot, length, leveling, unit
+from compiler.vectors import Vector3, cross, dot, length, leveling, unit
 from dsl.scene import (
     MATERIAL_PARAMETERS,
     UNSHAPED,
@@ -95,68 +96,102 @@ def contributes(light: Light) -> bool:
             return any(color)
 
 
-def light_table(lights: Sequence[tuple[Light, Affine]], texts: Texts) -> NDArray[np.void]:
-    """`SceneIR.lights`, each placed by its `world_from_object` of one lane.
+def light_table(lights: Sequence[Light], placed: Affine, texts: Texts) -> NDArray[np.void]:
+    """`SceneIR.lights`, each placed by its lane of `placed`, the `world_from_object`.
 
     The surface of an area light is moved point by point. A point light's radius grows by the cube
     root of the volume's; its intensity, like a sun's irradiance and its angle, and a surface's
     radiance, is not changed by scales. A sky with a texture is turned.
     """
     table = np.zeros(len(lights), dtype=ir.LIGHT)
-    for row, (light, placement) in zip(table, lights, strict=True):
-        match light:
-            case Sun():
-                direction = _applied(placement.linear, _exact(light.direction))
-                vector, color, size = unit(direction), light.irradiance, light.angle
-                row["kind"] = ir.SUN
-            case PointLight():
-                vector, color = _placed(placement, light.position), light.intensity
-                size = _product(light.radius, _growth(placement.linear)) if light.radius else 0.0
-                row["kind"] = ir.POINT
-                if _shape(row, light.shaping):
-                    row["w"] = _rounded(unit(_applied(placement.linear, _exact(light.direction))))
-            case AreaLight():
-                vector, color, size = _placed(placement, light.position), light.radiance, 0.0
-                row["kind"] = ir.LIGHTS.index(light.kind)
-                _shape(row, light.shaping)
-                for name, axis in zip(("u", "v", "w"), light.axes, strict=True):
-                    row[name] = _rounded(_applied(placement.linear, _exact(axis)))
-            case Sky():
-                row["kind"], row["color"] = ir.SKY, light.radiance
-                if light.texture:
-                    row["file"] = 1 + texts.index(light.texture)
-                    row["u"], row["v"], row["w"] = _turned(placement.linear).T
-                continue
-        row["vector"], row["color"], row["size"] = _rounded(vector), color, size
+    for kind, fill in _LIGHTS.items():
+        rows = [row for row, light in enumerate(lights) if type(light) is kind]
+        if rows:
+            some, at = table[rows], np.array(rows)
+            fill(some, [lights[row] for row in rows], placed.take(at), texts)
+            table[at] = some
     return table
 
 
-def camera_table(cameras: Sequence[tuple[Camera, Affine]], texts: Texts) -> NDArray[np.void]:
-    """`SceneIR.cameras`, each placed by its `world_from_object` of one lane.
+def _suns(table: NDArray[np.void], suns: Sequence[Sun], placed: Affine, _: Texts) -> None:
+    table["kind"] = ir.SUN
+    directions = _applied(placed.linear, _exact([sun.direction for sun in suns]))
+    table["vector"] = _rounded(unit(directions))
+    table["color"] = [sun.irradiance for sun in suns]
+    table["size"] = [sun.angle for sun in suns]
+
+
+def _points(
+    table: NDArray[np.void], points: Sequence[PointLight], placed: Affine, _: Texts
+) -> None:
+    table["kind"] = ir.POINT
+    table["vector"] = _rounded(_moved(placed, [point.position for point in points]))
+    table["color"] = [point.intensity for point in points]
+    table["size"] = _product([point.radius for point in points], _growth(placed.linear))
+    shaped = _shape(table, [point.shaping for point in points])
+    axes = _applied(placed.linear, _exact([point.direction for point in points]))
+    table["w"] = np.where(shaped[:, np.newaxis], _rounded(unit(axes)), 0.0)
+
+
+def _areas(table: NDArray[np.void], areas: Sequence[AreaLight], placed: Affine, _: Texts) -> None:
+    table["kind"] = [ir.LIGHTS.index(area.kind) for area in areas]
+    table["vector"] = _rounded(_moved(placed, [area.position for area in areas]))
+    table["color"] = [area.radiance for area in areas]
+    _shape(table, [area.shaping for area in areas])
+    for number, name in enumerate(("u", "v", "w")):
+        axes = _exact([area.axes[number] for area in areas])
+        table[name] = _rounded(_applied(placed.linear, axes))
+
+
+def _skies(table: NDArray[np.void], skies: Sequence[Sky], placed: Affine, texts: Texts) -> None:
+    table["kind"] = ir.SKY
+    table["color"] = [sky.radiance for sky in skies]
+    for lane, sky in enumerate(skies):
+        if sky.texture:
+            row = table[lane]
+            row["file"] = 1 + texts.index(sky.texture)
+            row["u"], row["v"], row["w"] = _turned(placed.take(lane).linear).T
+
+
+_LIGHTS: dict[type, Callable[[NDArray[np.void], Sequence[Any], Affine, Texts], None]] = {
+    Sun: _suns,
+    PointLight: _points,
+    AreaLight: _areas,
+    Sky: _skies,
+}
+"""What fills the records of lights of one kind, placed by the lanes of a map."""
+
+
+def camera_table(cameras: Sequence[Camera], placed: Affine, texts: Texts) -> NDArray[np.void]:
+    """`SceneIR.cameras`, each placed by its lane of `placed`, the `world_from_object`.
 
     The axes are made unit, and what the scales along them do to the window goes into `height`,
     `aspect` (if said), `near`, `far` and the lens, each rounded once; a mirrored camera keeps its
     mirrored axes.
     """
     table = np.zeros(len(cameras), dtype=ir.CAMERA)
-    for row, (camera, placement) in zip(table, cameras, strict=True):
-        axes = list(zip(*placement.linear, strict=True))
-        along_x, along_y, along_z = map(length, axes)
-        orthographic = camera.projection == "orthographic"
-        row["projection"] = ir.ORTHOGRAPHIC if orthographic else ir.PERSPECTIVE
-        row["name"] = texts.index(camera.name)
-        for column, axis in enumerate(axes):
-            row["world_from_camera"][:, column] = _rounded(unit(axis))
-        row["world_from_camera"][:, 3] = _rounded(placement.translation)
-        row["height"] = _product(camera.height, along_y if orthographic else along_y / along_z)
-        aspect = math.nan if camera.aspect is None else camera.aspect
-        row["aspect"] = _product(aspect, along_x / along_y)
-        row["shift"] = camera.shift
-        row["near"] = _product(camera.near, along_z)
-        row["far"] = _product(camera.far, along_z)
-        row["exposure"], row["shutter"] = camera.exposure, camera.shutter
-        row["lens_radius"] = _product(camera.lens_radius, along_y)
-        row["focus_distance"] = _product(camera.focus_distance, along_z)
+    if not cameras:
+        return table
+    axes = list(zip(*placed.linear, strict=True))
+    along_x, along_y, along_z = map(length, axes)
+    for column, axis in enumerate((*map(unit, axes), placed.translation)):
+        table["world_from_camera"][:, :, column] = _rounded(axis)
+    orthographic = np.array([camera.projection == "orthographic" for camera in cameras])
+    table["projection"] = np.where(orthographic, ir.ORTHOGRAPHIC, ir.PERSPECTIVE)
+    table["name"] = [texts.index(camera.name) for camera in cameras]
+    heights = [camera.height for camera in cameras]
+    table["height"] = np.where(
+        orthographic, _product(heights, along_y), _product(heights, along_y / along_z)
+    )
+    aspects = [math.nan if camera.aspect is None else camera.aspect for camera in cameras]
+    table["aspect"] = _product(aspects, along_x / along_y)
+    table["shift"] = [camera.shift for camera in cameras]
+    table["near"] = _product([camera.near for camera in cameras], along_z)
+    table["far"] = _product([camera.far for camera in cameras], along_z)
+    table["exposure"] = [camera.exposure for camera in cameras]
+    table["shutter"] = [camera.shutter for camera in cameras]
+    table["lens_radius"] = _product([camera.lens_radius for camera in cameras], along_y)
+    table["focus_distance"] = _product([camera.focus_distance for camera in cameras], along_z)
     return table
 
 
@@ -189,26 +224,28 @@ def _turned(linear: Sequence[Sequence[DoubleDouble]]) -> FloatArray:
     return np.eye(3)
 
 
-def _exact(vector: Sequence[float]) -> list[DoubleDouble]:
-    return [DoubleDouble.of(v) for v in vector]
-
-
-def _applied(
-    linear: Sequence[Sequence[DoubleDouble]], vector: Sequence[DoubleDouble]
-) -> list[DoubleDouble]:
-    return [dot(row, vector) for row in linear]
-
-
-def _placed(placement: Affine, point: Vector) -> tuple[DoubleDouble, DoubleDouble, DoubleDouble]:
-    offset = _applied(placement.linear, _exact(point))
-    x, y, z = (a + b for a, b in zip(offset, placement.translation, strict=True))
+def _exact(vectors: Sequence[Vector]) -> Vector3:
+    """Vectors as three columns."""
+    x, y, z = map(DoubleDouble, np.array(vectors, dtype=np.float64).T.copy())
     return x, y, z
 
 
-def _shape(row: np.void, shaping: Shaping) -> bool:
-    """Put a shaping into a record; whether it is one."""
-    row["cone"], row["softness"], row["focus"] = shaping.cone, shaping.softness, shaping.focus
-    return shaping != UNSHAPED
+def _applied(linear: Sequence[Sequence[DoubleDouble]], vector: Vector3) -> Vector3:
+    x, y, z = (dot(row, vector) for row in linear)
+    return x, y, z
+
+
+def _moved(placed: Affine, points: Sequence[Vector]) -> Vector3:
+    offset = _applied(placed.linear, _exact(points))
+    x, y, z = (a + b for a, b in zip(offset, placed.translation, strict=True))
+    return x, y, z
+
+
+def _shape(table: NDArray[np.void], shapings: Sequence[Shaping]) -> NDArray[np.bool_]:
+    """Put shapings into records; which are any."""
+    for name in ("cone", "softness", "focus"):
+        table[name] = [getattr(shaping, name) for shaping in shapings]
+    return np.array([shaping != UNSHAPED for shaping in shapings])
 
 
 def _growth(linear: Sequence[Sequence[DoubleDouble]]) -> DoubleDouble:
@@ -216,24 +253,21 @@ def _growth(linear: Sequence[Sequence[DoubleDouble]]) -> DoubleDouble:
     power = leveling([entry for row in linear for entry in row])
     x, y, z = ([entry.scaled(power) for entry in row] for row in linear)
     volume = dot(x, cross(y, z))
-    if _scalar(volume.hi) < 0.0:
-        volume = -volume
-    root = DoubleDouble.of(float(np.cbrt(_scalar(volume.hi))))
+    volume = volume.scaled(np.copysign(np.float64(1.0), volume.hi))
+    root = DoubleDouble(np.cbrt(volume.hi))
     square = root * root
     step = (square * root - volume) / (square + square + square)
     return (root - step).scaled(1.0 / power)
 
 
-def _product(number: float, factor: DoubleDouble) -> float:
-    """The product rounded once; a number that is not finite stays what it is."""
-    if not math.isfinite(number):
-        return number
-    return float(_scalar((DoubleDouble.of(number) * factor).hi))
+def _product(numbers: Sequence[float], factor: DoubleDouble) -> FloatArray:
+    """The products rounded once; a number that is not finite stays what it is."""
+    given = np.array(numbers, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        product = (DoubleDouble(given) * factor).hi
+    return np.where(np.isfinite(given), product, given)
 
 
-def _rounded(vector: Iterable[DoubleDouble]) -> list[float]:
-    return [float(_scalar(entry.hi)) + 0.0 for entry in vector]
-
-
-def _scalar(part: Part) -> np.float64:
-    return np.float64(part.reshape(-1)[0])
+def _rounded(vector: Iterable[DoubleDouble]) -> FloatArray:
+    """The entries rounded once, `(3,)`, or `(n, 3)` of n lanes; zeros are positive."""
+    return np.stack(np.broadcast_arrays(*(entry.hi for entry in vector)), axis=-1) + 0.0

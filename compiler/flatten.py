@@ -91,8 +91,8 @@ def flatten(graph: SceneGraph, load: Load) -> Flattened:
     used_materials = _used_materials(table, len(materials.nodes))
     used_origins = first_uses(table.sources.origin, len(origins.places))
     texts = Texts()
-    cameras = camera_table(lights.cameras, texts)
-    light_records = light_table(lights.lights, texts)
+    cameras = camera_table(lights.cameras, lights.of_cameras, texts)
+    light_records = light_table(lights.lights, lights.of_lights, texts)
     origin_table = origins.table(used_origins, texts)
     shown = [materials.nodes[m] for m in used_materials]
     attributes = attribute_arrays(prototypes.meshes(used_prototypes.tolist()), texts)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from compiler.affine import Affine, Placement
+from compiler.affine import IDENTITY, Affine, Placement, scatter_placements
 from compiler.appearance import contributes
 from compiler.compress import Leaf, compress
 from compiler.expand import expand, plan
@@ -26,13 +28,15 @@ _PLACED = frozenset((*get_args(Light), Camera))
 
 @dataclass(slots=True)
 class PlacedLights:
-    """Lights and cameras with their `world_from_object` (of one lane), in order of emission.
+    """Lights and cameras, in order of emission, with their `world_from_object`, a lane for each.
 
     `dark` counts the lights that are left out because they cannot contribute.
     """
 
-    lights: list[tuple[Light, Affine]] = field(default_factory=list)
-    cameras: list[tuple[Camera, Affine]] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    cameras: list[Camera] = field(default_factory=list)
+    of_lights: Affine = IDENTITY
+    of_cameras: Affine = IDENTITY
     dark: int = 0
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
@@ -61,24 +65,25 @@ def place_lights(walk: Walk) -> PlacedLights:
         mend = "place lights outside of repeated objects"
         placed.diagnostics.append(diagnostic("scene-too-many-lights", message, place, help=mend))
         return placed
+    if not planned.leaves[-1]:
+        return placed
     (table,) = expand(branches, planned).values()
     targets = table.leaf_target.numbers
-    found = np.zeros(len(targets), dtype=np.uint8)
-    placements: dict[int, Placement] = {}
     frames = Frames(branches.chains, table)
-    for chunk in frames.chunks():
-        numbers = np.arange(len(targets))[chunk.leaves].tolist()
-        placement = frames.placements(chunk)
-        placements.update((leaf, placement.take(lane)) for lane, leaf in enumerate(numbers))
-    for leaf, number in enumerate(targets.tolist()):
-        node, placement = nodes[number], placements[leaf]
-        found[leaf] = reason = _reason(node, placement)
-        if reason != Reason.NONE:
-            continue
+    leaves = np.arange(len(targets))
+    parts = [(frames.placements(chunk), leaves[chunk.leaves]) for chunk in frames.chunks()]
+    placement = scatter_placements(parts, len(leaves))
+    found = _reasons([nodes[number] for number in targets.tolist()], placement)
+    drawn = leaves[found == Reason.NONE]
+    is_camera = np.array([isinstance(node, Camera) for node in nodes])[targets[drawn]]
+    for leaf in drawn.tolist():
+        node = nodes[targets[leaf]]
         if isinstance(node, Camera):
-            placed.cameras.append((node, placement.forward))
+            placed.cameras.append(node)
         else:
-            placed.lights.append((node, placement.forward))
+            placed.lights.append(node)
+    placed.of_cameras = placement.forward.take(drawn[is_camera])
+    placed.of_lights = placement.forward.take(drawn[~is_camera])
     sources = Sources(
         table.source_parent.numbers, table.source_origin.numbers, table.source_index.numbers
     )
@@ -86,17 +91,18 @@ def place_lights(walk: Walk) -> PlacedLights:
     return placed
 
 
-def _reason(node: Light | Camera, placement: Placement) -> int:
-    """The `Reason` why a light or camera is left out, if it is."""
-    forward, inverse = np.empty((2, 1, 3, 4))
+def _reasons(nodes: Sequence[Light | Camera], placement: Placement) -> NDArray[np.uint8]:
+    """The `Reason` why each light or camera is left out, if it is."""
+    forward, inverse = np.empty((2, len(nodes), 3, 4))
     placement.forward.round_into(forward)
     placement.inverse.round_into(inverse)
-    if isinstance(node, Sky):
-        # A sky is as far away whatever moves it.
-        forward[..., 3] = inverse[..., 3] = 0.0
-    size = np.array([_size(node)])
-    (reason,) = reasons(extent(forward, inverse), size, np.ones(1)).tolist()
-    return Reason.NONE if isinstance(node, Sky) and not node.texture else int(reason)
+    # A sky is as far away whatever moves it.
+    skies = np.array([isinstance(node, Sky) for node in nodes])
+    forward[skies, :, 3] = inverse[skies, :, 3] = 0.0
+    sizes = np.array([_size(node) for node in nodes])
+    found = reasons(extent(forward, inverse), sizes, np.ones(len(nodes)))
+    found[[isinstance(node, Sky) and not node.texture for node in nodes]] = Reason.NONE
+    return found
 
 
 def _size(node: Light | Camera) -> float:
