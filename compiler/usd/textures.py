@@ -24,10 +24,16 @@ _SPACES = ("auto", "raw", "sRGB")
 
 
 def asset_file(attribute: Any, asset: Any, clock: Clock) -> str:
-    """Where the file of an attribute would be that is not there."""
+    """Where the file of an attribute would be that is not there: beside the layer that names it.
+
+    A path that begins with neither `/` nor `.` is a search path, which usd-core gives back as it
+    is where it leads to no file, as that of tiles does.
+    """
     stack = attribute.GetPropertyStack(clock.code(attribute))
     layer = stack[0].layer if stack else attribute.GetStage().GetRootLayer()
-    return str(Sdf.ComputeAssetPathRelativeToLayer(layer, asset.path))
+    searched = not (asset.path.startswith(("/", ".")) or ":" in asset.path)
+    path = f"./{asset.path}" if searched else asset.path
+    return str(Sdf.ComputeAssetPathRelativeToLayer(layer, path))
 
 
 class Textures:

@@ -183,12 +183,13 @@ def test_damaged_and_huge_pictures_are_not_read(
     assert "all textures" in shown(tmp_path, glow(FILE), mesh(), size=1).warnings[0].message
 
 
-def test_pictures_in_packages_and_in_tiles(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tiles", ["./t.<UDIM>.png", "t.<UDIM>.png"])
+def test_pictures_in_packages_and_in_tiles(tmp_path: Path, tiles: str) -> None:
     for number, value in ((1001, 51), (1002, 102), (1011, 153)):
         write_image(tmp_path / f"t.{number}.png", np.full((2, 2, 1), value, np.uint8))
     body = "texCoord2f[] primvars:st = [(0, 0), (2, 0), (2, 2), (0, 2)]"
     body += '(interpolation = "vertex")'
-    texture = f"asset inputs:file = @./t.<UDIM>.png@\n{RAW}"
+    texture = f"asset inputs:file = @{tiles}@\n{RAW}"
     texture += "\nfloat4 inputs:fallback = (0.9, 0.9, 0.9, 1)"
     film = shown(tmp_path, glow(texture), mesh(body), size=2)
     np.testing.assert_allclose(film.color[..., 0], [[0.6, 0.9], [0.2, 0.4]], atol=1e-5)
