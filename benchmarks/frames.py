@@ -17,9 +17,12 @@ from benchmarks.rates import compiled, timed
 from benchmarks.rays import SUN
 from benchmarks.record import Figure
 from compiler.ir import SceneIR
-from dsl.scene import Group, Precision, SceneGraph, Sun
+from dsl.scene import Bind, Group, Material, Precision, SceneGraph, Sun
 from runtime.film import Film
 from runtime.render import render
+
+MATTE = Material(diffuse=(0.8, 0.8, 0.8), specular_workflow=True)
+"""What Embree's driver shades with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +37,10 @@ class Frame:
     occlusion: int = 0
 
     def ir(self) -> SceneIR:
-        """The scene with camera and sun."""
+        """The scene, matte, with camera and sun."""
         sun = Sun(tuple(-SUN), (1.0, 1.0, 1.0))
-        parts = (self.scene.root, self.view.camera(), *(() if self.occlusion else (sun,)))
+        root = Bind(self.scene.root, MATTE)
+        parts = (root, self.view.camera(), *(() if self.occlusion else (sun,)))
         return compiled(SceneGraph(Group(parts)))
 
 
@@ -88,7 +92,7 @@ def processes(repeat: int) -> Iterator[Figure]:
         f"settings(width: {view.width}, height: {view.height}, samples: 1)\n"
         f"camera(from: {view.eye}, at: {view.at}, fov: {view.fov}deg)\n"
         f"sun(direction: {tuple(-float(x) for x in SUN)})\n"
-        f"for i in 0..16, j in 0..16 {{ {turn} }}\n"
+        f"for i in 0..16, j in 0..16 {{ {turn} }}.material(matte(rgb(0.8, 0.8, 0.8)))\n"
     )
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "ellipsoids.ovo"

@@ -9,7 +9,7 @@ macro_rules! lanes {
         $name:ident($vector:ident) of $width:literal $scalar:ident, $mask:ident;
         $splat:ident $load:ident $store:ident $mul_add:ident $neg_mul_add:ident $sqrt:ident
         $abs:ident $min:ident $max:ident $and:ident $or:ident $and_not:ident $xor:ident
-        $compare:ident $blend:ident $reduce_min:ident;
+        $compare:ident $blend:ident $reduce_min:ident $compress:ident;
         $splat_bits:ident $to_bits:ident $from_bits:ident $and_bits:ident $sub_bits:ident
     ) => {
         #[doc = concat!(stringify!($width), " ", stringify!($scalar))]
@@ -120,6 +120,11 @@ macro_rules! lanes {
                 let least = unsafe { $reduce_min($min(self.0, $splat($scalar::INFINITY))) };
                 least + 0.0
             }
+            #[inline(always)]
+            fn packed(self, mask: $mask) -> $name {
+                // SAFETY: as above.
+                $name(unsafe { $compress(mask.0, self.0) })
+            }
         }
     };
 }
@@ -176,7 +181,8 @@ lanes! {
     F32x16(__m512) of 16 f32, Mask16;
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps
     _mm512_sqrt_ps _mm512_abs_ps _mm512_min_ps _mm512_max_ps _mm512_and_ps _mm512_or_ps
-    _mm512_andnot_ps _mm512_xor_ps _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_reduce_min_ps;
+    _mm512_andnot_ps _mm512_xor_ps _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_reduce_min_ps
+    _mm512_maskz_compress_ps;
     _mm512_set1_epi32 _mm512_castps_si512 _mm512_castsi512_ps _mm512_and_si512 _mm512_sub_epi32
 }
 operators!(F32x16: Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps, Div div _mm512_div_ps);
@@ -185,7 +191,8 @@ lanes! {
     F64x8(__m512d) of 8 f64, Mask8;
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd
     _mm512_sqrt_pd _mm512_abs_pd _mm512_min_pd _mm512_max_pd _mm512_and_pd _mm512_or_pd
-    _mm512_andnot_pd _mm512_xor_pd _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_reduce_min_pd;
+    _mm512_andnot_pd _mm512_xor_pd _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_reduce_min_pd
+    _mm512_maskz_compress_pd;
     _mm512_set1_epi64 _mm512_castpd_si512 _mm512_castsi512_pd _mm512_and_si512 _mm512_sub_epi64
 }
 operators!(F64x8: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
@@ -216,7 +223,7 @@ lanes! {
     F32x8(__m256) of 8 f32, Mask8;
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps
     _mm256_sqrt_ps abs_ps _mm256_min_ps _mm256_max_ps _mm256_and_ps _mm256_or_ps
-    _mm256_andnot_ps _mm256_xor_ps _mm256_cmp_ps_mask _mm256_mask_blend_ps reduce_min_ps;
+    _mm256_andnot_ps _mm256_xor_ps _mm256_cmp_ps_mask _mm256_mask_blend_ps reduce_min_ps _mm256_maskz_compress_ps;
     _mm256_set1_epi32 _mm256_castps_si256 _mm256_castsi256_ps _mm256_and_si256 _mm256_sub_epi32
 }
 operators!(F32x8: Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps);

@@ -135,6 +135,18 @@ pub trait Lanes:
         }
         least + Self::Scalar::default()
     }
+    /// The lanes that the mask has, in order, and after them what has no meaning.
+    #[inline(always)]
+    fn packed(self, mask: Self::Mask) -> Self {
+        let mut lanes = [Self::Scalar::default(); MAX_WIDTH];
+        self.store(&mut lanes);
+        let (mut left, mut count) = (mask.bits(), 0);
+        while let Some(lane) = take_bit(&mut left) {
+            lanes[count] = lanes[lane];
+            count += 1;
+        }
+        Self::load(&lanes)
+    }
     /// Lane i is `f(i)`.
     #[inline(always)]
     fn from_fn(mut f: impl FnMut(usize) -> Self::Scalar) -> Self {

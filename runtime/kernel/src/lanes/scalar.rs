@@ -80,6 +80,10 @@ macro_rules! lanes {
                 self == other
             }
             #[inline(always)]
+            fn packed(self, _: bool) -> $scalar {
+                self
+            }
+            #[inline(always)]
             fn select(mask: bool, yes: $scalar, no: $scalar) -> $scalar {
                 if mask { yes } else { no }
             }

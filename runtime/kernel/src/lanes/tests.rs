@@ -64,6 +64,13 @@ fn every_operation<L: Lanes>(answers: &mut Answers, a: L, b: L, c: L) {
     assert_eq!(x.any(), x.bits() != 0);
     assert_eq!(x.all(), x.bits() == L::Mask::full().bits());
     assert_eq!(L::Mask::from_bits(x.bits()).bits(), x.bits());
+    let packed = a.packed(x);
+    for (to, from) in (0..L::WIDTH)
+        .filter(|lane| x.bits() >> lane & 1 != 0)
+        .enumerate()
+    {
+        assert_eq!(bits(packed.get(to)), bits(a.get(from)));
+    }
     let least = (0..L::WIDTH)
         .map(|i| a.get(i))
         .fold(L::Scalar::INFINITY, |x, y| if y < x { y } else { x });

@@ -131,7 +131,7 @@ impl Direct {
             }
         }
         self.behind.truncate(self.paths_behind.len());
-        self.vertices.place::<I>(&samples.rays, &samples.hits);
+        (self.vertices).place::<I>(&samples.rays, &samples.hits, frame.views);
         for &(vertex, normal) in &self.normals {
             self.vertices.shade_with(vertex, normal);
         }
@@ -145,7 +145,7 @@ impl Direct {
         for (alpha, &instance) in samples.alpha.iter_mut().zip(&hits.instance[..hits.len()]) {
             *alpha = f64::from(u8::from(instance >= 0));
         }
-        self.vertices.place::<I>(&samples.rays, hits);
+        (self.vertices).place::<I>(&samples.rays, hits, frame.views);
         if frame.lights.background.is_some() {
             for slot in 0..samples.hits.len() {
                 if samples.hits.instance[slot] < 0 {

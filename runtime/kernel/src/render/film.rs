@@ -169,11 +169,12 @@ impl Band<'_> {
             let to = run.y as usize * self.width + (tile.x + run.x) as usize;
             let len = run.len as usize;
             if len == RUN {
-                let colors = (pixels.color)
-                    .each_ref()
-                    .map(|c| I::F32x4::load(&c[from..]));
+                let mut columns = [I::F32x4::zero(); 4];
+                for (column, numbers) in columns.iter_mut().zip(&pixels.color) {
+                    *column = I::F32x4::load(&numbers[from..]);
+                }
                 let to_color = &mut self.color[4 * to..4 * (to + RUN)];
-                for (row, color) in I::transposed(colors).into_iter().enumerate() {
+                for (row, color) in I::transposed(columns).into_iter().enumerate() {
                     color.store(&mut to_color[4 * row..]);
                 }
                 self.put::<RUN>(to, pixels, from);

@@ -29,6 +29,8 @@ pub struct Frame<'a> {
     pub transparent: bool,
     /// Whether all that is seen on surfaces is light that they reflect, all by the scene's materials.
     pub plain: bool,
+    /// Whether what surfaces reflect depends on where they are seen from.
+    pub views: bool,
     /// Whether anything is drawn at random.
     pub draws: bool,
     pub cancelled: &'a AtomicBool,

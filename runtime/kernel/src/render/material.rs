@@ -239,7 +239,7 @@ impl Material {
 
     /// Whether all that it reflects is diffuse.
     #[inline(always)]
-    fn is_matte(&self) -> bool {
+    pub fn is_matte(&self) -> bool {
         self.specular.is_none() && self.coat.is_none()
     }
 

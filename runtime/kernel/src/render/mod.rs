@@ -156,6 +156,7 @@ pub fn render(
         detail,
         transparent,
         plain: !transparent && !glows && detail.is_none(),
+        views: detail.is_some() || materials.iter().any(|material| !material.is_matte()),
         draws: per_pixel > 1 || picture.integrator != Integrator::Direct || lights.draw(),
         cancelled: &cancelled,
         rays: &rays,

@@ -53,7 +53,8 @@ impl Occlusion {
                 self.vertices.push(slot, slot, 0, 1.0);
             }
         }
-        self.vertices.place::<I>(&samples.rays, &samples.hits);
+        self.vertices
+            .place::<I>(&samples.rays, &samples.hits, false);
         self.open.clear();
         self.open.resize(self.vertices.len(), 0);
         let at_once = (RAYS / count as usize).max(1);

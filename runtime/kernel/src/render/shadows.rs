@@ -50,6 +50,7 @@ impl Shadows {
         points: Option<&[Vec<f64>; 2]>,
     ) {
         self.start(vertices.len());
+        let only = vertices.only_material();
         for first in (0..vertices.len()).step_by(L::WIDTH) {
             let len = L::WIDTH.min(vertices.len() - first);
             let origin = Vec3::load(&vertices.origin, first);
@@ -65,9 +66,12 @@ impl Shadows {
             let mut left = (shines & Mask::first(len)).bits();
             while left != 0 {
                 let number = numbers[left.trailing_zeros() as usize];
-                let mut same = 0;
-                for (lane, &other) in numbers.iter().enumerate() {
-                    same |= u32::from(other == number) << lane;
+                let mut same = u32::MAX;
+                if only.is_none() {
+                    same = 0;
+                    for (lane, &other) in numbers.iter().enumerate() {
+                        same |= u32::from(other == number) << lane;
+                    }
                 }
                 let of_material = materials.get(number).reflect_light(normal, view, &light);
                 let same = same & left;
@@ -101,28 +105,22 @@ impl Shadows {
         towards: Vec3<L>,
         distance: L,
     ) {
-        // Written whole, and over each other where some are not lit.
+        // Written whole: what follows the lit ones is written over.
         let base = self.slots.len();
         let origin: Vec3<L> = Vec3::load(&vertices.origin, first);
-        light.store(&mut self.light, base);
-        origin.store(&mut self.rays.origin, base);
-        towards.store(&mut self.rays.direction, base);
-        distance.store(&mut self.rays.t_max[base..]);
+        let mask = L::Mask::from_bits(lit);
+        light.packed(mask).store(&mut self.light, base);
+        origin.packed(mask).store(&mut self.rays.origin, base);
+        towards.packed(mask).store(&mut self.rays.direction, base);
+        (distance.packed(mask)).store(&mut self.rays.t_max[base..]);
+        let slots = &vertices.slots[first..];
         if lit == (1 << L::WIDTH) - 1 {
-            self.slots
-                .extend_from_slice(&vertices.slots[first..first + L::WIDTH]);
+            self.slots.extend_from_slice(&slots[..L::WIDTH]);
             return;
         }
         let mut left = lit;
         while let Some(lane) = take_bit(&mut left) {
-            let (to, from) = (self.slots.len(), base + lane);
-            for axis in 0..3 {
-                self.light[axis][to] = self.light[axis][from];
-                self.rays.origin[axis][to] = self.rays.origin[axis][from];
-                self.rays.direction[axis][to] = self.rays.direction[axis][from];
-            }
-            self.rays.t_max[to] = self.rays.t_max[from];
-            self.slots.push(vertices.slots[first + lane]);
+            self.slots.push(slots[lane]);
         }
     }
 

@@ -102,6 +102,16 @@ impl<L: Lanes<Scalar = f64>> Vec3<L> {
         )
     }
 
+    /// The lanes that the mask has, in order, and after them what has no meaning.
+    #[inline(always)]
+    pub fn packed(self, mask: L::Mask) -> Vec3<L> {
+        Vec3::new(
+            self.x.packed(mask),
+            self.y.packed(mask),
+            self.z.packed(mask),
+        )
+    }
+
     /// The components as an array.
     #[inline(always)]
     pub fn to_array(self) -> [L; 3] {

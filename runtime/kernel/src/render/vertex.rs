@@ -26,7 +26,7 @@ pub struct Vertices {
     pub origin: [Vec<f64>; 3],
     /// Unit normal to shade with, on that side.
     pub normal: [Vec<f64>; 3],
-    /// Unit vector towards the camera.
+    /// Unit vector towards the camera, if it is wanted.
     pub view: [Vec<f64>; 3],
 }
 
@@ -65,6 +65,17 @@ impl Vertices {
         self.materials.clear();
         self.weights.clear();
         self.hits.clear();
+    }
+
+    /// Their material, if all have the same.
+    #[inline(always)]
+    pub fn only_material(&self) -> Option<u32> {
+        let (&first, others) = self.materials[..self.len()].split_first()?;
+        let mut different = 0;
+        for &other in others {
+            different |= first ^ other;
+        }
+        (different == 0).then_some(first)
     }
 
     /// Makes them those of all hits, each seen whole by the slot of the same number.
@@ -107,9 +118,9 @@ impl Vertices {
         self.hits.push(hit as u32);
     }
 
-    /// Finds points, normals and views where these rays hit.
+    /// Finds points and normals where these rays hit, and views if these are wanted.
     #[inline(always)]
-    pub fn place<I: Isa>(&mut self, rays: &RayLists, hits: &Hits) {
+    pub fn place<I: Isa>(&mut self, rays: &RayLists, hits: &Hits, views: bool) {
         let (len, width) = (self.len(), I::F64::WIDTH);
         make_room(&mut self.origin, len);
         make_room(&mut self.normal, len);
@@ -122,12 +133,13 @@ impl Vertices {
             let outward: Vec3<I::F64> = gather_vector(&hits.normal, places);
             let position: Vec3<I::F64> = gather_vector(&hits.position, places);
             let offset: I::F64 = gather(&hits.offset, places);
-            let view = -direction.normalized();
-            let behind = outward.dot(view).lt(I::F64::zero());
+            let behind = outward.dot(direction).gt(I::F64::zero());
             let normal = Vec3::select(behind, -outward, outward);
             (position + normal * offset).store(&mut self.origin, first);
             normal.store(&mut self.normal, first);
-            view.store(&mut self.view, first);
+            if views {
+                (-direction.normalized()).store(&mut self.view, first);
+            }
         }
     }
 
