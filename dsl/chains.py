@@ -7,7 +7,7 @@ from types import GeneratorType
 from dsl import ast, batches, scene
 from dsl.calls import Site, assign, call_builtin
 from dsl.diagnostics import Label
-from dsl.faults import Fault, Poisoned, source_text
+from dsl.faults import Exhausted, Fault, Poisoned, source_text
 from dsl.lanes import varies
 from dsl.run import Run, Task
 from dsl.spans import Span
@@ -162,7 +162,12 @@ def _call_closure(
                 secondary=(Label(parameter.span, "has no default"),),
             )
     limit = run.limits.call_depth
+    if not run.depth:
+        run.faults_before = run.faults
     if run.depth >= limit:
+        run.one_by_one()
+        if run.faults > run.faults_before:  # but for which the recursion may end
+            raise Exhausted
         message = f"more than {limit} calls within one another"
         run.exhaust("limit-call-depth", message, span, "does the recursion end?")
     scope = Scope(closure.scope)

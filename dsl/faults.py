@@ -111,7 +111,7 @@ def mismatch(subject: str, due: str, value: Value, expression: ast.Expression) -
             help = f"write it without quotes: `{expression.text[:20]}`"
     elif isinstance(value, Group) and not value.items:
         found = "the empty group"
-        help = "an `if` without `else` has no other value where its condition does not hold"
+        help = "a block without an expression, and an `if` without `else`, has no value"
     elif found == "a function" and isinstance(expression, ast.Name):
         help = f"call it: `{expression.name}()`"
     return Fault(code, f"{subject} must be {due}, not {found}", expression.span, help=help)

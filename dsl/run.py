@@ -65,6 +65,8 @@ class Run:
         self.loaded: dict[str, File | Poison | None] = {}  # by path; None while being read
         self.context: list[Context] = []  # the calls and loops being evaluated, outermost first
         self.depth = 0
+        self.faults = 0
+        self.faults_before = 0  # the outermost of the calls that are being evaluated
         self.lanes: Lanes | None = None  # the iterations being evaluated at once
         self.sequential: set[ast.For] = set()  # loops that cannot be
         self._steps = 0
@@ -153,6 +155,7 @@ class Run:
         """Keep a fault, once per code and place, with the calls and loops around it."""
         self.one_by_one()
         self.faulty = True
+        self.faults += 1
         if isinstance(fault, Poisoned):
             return
         self.spend(_FAULT_STEPS, fault.span)

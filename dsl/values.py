@@ -2,6 +2,7 @@
 
 A number is a Python float, a truth value a bool, a text a str, a transform `dsl.scene.Transform`, a
 material `dsl.scene.Material`, and an object, light, camera or settings a node of the scene graph.
+In many iterations at once an array may stand wherever a `float` is named, see `dsl.lanes`.
 """
 
 from __future__ import annotations

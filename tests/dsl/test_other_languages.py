@@ -48,6 +48,8 @@ FAULTS = [
     ("let r = 2 ** 3\nsphere(radius: r)", "**", "pow(a, b)"),
     ("let f = |x| 2 * x\nsphere(radius: f(1))", "|", "fn name"),
     ("fn () { sphere() }", "(", "fn name"),
+    ("fn f(n) {\n  if n == 0 { return box() }\n  f(n - 1)\n}\nf(3)", "return", "`return` out"),
+    ("fn area(r) { let a = r * r }\nsphere(radius: area(2))", "area(2)", "without an expression"),
     ("let big = True\nif big { sphere() }", "True", "true"),
     ("let a = 1\nif a == 1 { sphere() } elif a == 2 { box() } else { torus() }", "elif", "else if"),
     ("camera(from: (0, 0, 5), name: 'left')", "'left'", '"'),
