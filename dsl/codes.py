@@ -83,6 +83,7 @@ CODES: dict[str, Code] = {
     "advice-unused": Code("a name that nothing uses", "warning"),
     "advice-color": Code("a color far brighter than 1, as of bytes", "warning"),
     "advice-comment": Code("a comment that was probably meant as a division", "warning"),
+    "advice-descending": Code("a loop down an interval, which does nothing", "warning"),
     "advice-shadowing": Code("a name that hides another of the program", "warning"),
     "advice-coincident": Code("an object that stands twice at one place", "warning"),
     "advice-condition": Code("a transform that stretches far more in one direction", "warning"),

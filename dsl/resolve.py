@@ -14,7 +14,7 @@ from dsl import ast
 from dsl.codes import diagnostic
 from dsl.diagnostics import Diagnostic, Label
 from dsl.elsewhere import FILES, WORDS
-from dsl.slips import color_of_bytes, hidden_divisor
+from dsl.slips import color_of_bytes, descending, hidden_divisor
 from dsl.spans import Span
 from dsl.suggest import did_you_mean
 from dsl.values import Binding
@@ -256,6 +256,7 @@ class _Resolver:
                 variables = {v.name: (v.name_span, _NEST) for v in node.variables}
                 for variable in node.variables:
                     self.expression(variable.range, _Frame(frame, later=variables))
+                    self.advise_on(descending(variable.range))
                 for variable in node.variables:
                     if (hidden := self.visible(variable.name, frame)) is not None:
                         self.hide(hidden, variable.name_span)

@@ -54,3 +54,26 @@ def color_of_bytes(call: ast.Chain) -> Diagnostic | None:
         Span(call.span.source, call.base.span.start, first.span.end),
         help=f"a color of the web is written `#{example}`",
     )
+
+
+def descending(interval: ast.Expression) -> Diagnostic | None:
+    """Advice on `for i in 5..0`, of whose interval this is."""
+    if not isinstance(interval, ast.Operation) or interval.operators[0].symbol != "..":
+        return None
+    start, end = map(_constant, interval.operands)
+    if start is None or end is None or start <= end:
+        return None
+    return diagnostic(
+        "advice-descending",
+        "no number is in this interval, and the loop does nothing",
+        interval.span,
+        help="count down within the loop: `n - 1 - i` for i in `0..n`",
+    )
+
+
+def _constant(node: ast.Expression) -> float | None:
+    """The value of a literal number, or of one with a sign."""
+    if isinstance(node, ast.Unary) and node.operator.symbol == "-":
+        value = _constant(node.operand)
+        return None if value is None else -value
+    return node.value if isinstance(node, ast.Number) else None
