@@ -56,12 +56,11 @@ def load_images(ir: SceneIR, root: Path | None = None) -> Images:
     """The pictures of a scene's textures and skies.
 
     Names of files start from `root`, None: the current folder. A file is read once, however many
-    materials name it. Of a file that cannot be read there is no picture, and a warning says why.
-    Files in packages (`asset.usdz[cloth.png]`) and sets of tiles (`skin.<UDIM>.png`) are read like
-    others; a sky has no tiles.
+    materials and skies name it. Of one that cannot be read there is no picture, and a warning says
+    why. Files in packages (`asset.usdz[cloth.png]`) and sets of tiles (`skin.<UDIM>.png`) are read
+    like others; a sky has no tiles.
     """
     folder = _Folder(root or Path())
-    found: dict[tuple[str, bool], Picture | dict[tuple[int, int], Picture] | None] = {}
     faults: dict[str, Diagnostic] = {}
     pictures: list[Picture | dict[tuple[int, int], Picture] | None] = []
     for row in ir.textures:
@@ -69,15 +68,14 @@ def load_images(ir: SceneIR, root: Path | None = None) -> Images:
         if not file or int(row["parameter"]) in UNUSED:
             pictures.append(None)
             continue
-        key = file, COLOR_SPACES[row["color_space"]] == "sRGB"
-        if key not in found:
-            try:
-                found[key] = folder.tiles(*key) if UDIM in file else folder.picture(*key)
-            except TextureError as error:
-                found[key] = None
-                message = f"the texture `{file}` {error}: its fallback is drawn"
-                faults[file] = diagnostic("texture-unreadable", message)
-        pictures.append(found[key])
+        srgb = COLOR_SPACES[row["color_space"]] == "sRGB"
+        try:
+            read = folder.tiles if UDIM in file else folder.picture
+            pictures.append(read(file, srgb))
+        except TextureError as error:
+            pictures.append(None)
+            message = f"the texture `{file}` {error}: its fallback is drawn"
+            faults[file] = diagnostic("texture-unreadable", message)
     skies = {}
     for light in range(len(ir.lights)):
         if file := ir.sky_texture(light):
@@ -91,10 +89,14 @@ def load_images(ir: SceneIR, root: Path | None = None) -> Images:
 
 @dataclass(slots=True)
 class _Folder:
-    """Reads pictures, named from `root` on, as long as they do not take too much memory."""
+    """Reads pictures, named from `root` on, as long as they do not take too much memory.
+
+    Each is read once, by its name and encoding.
+    """
 
     root: Path
     left: int = field(default_factory=lambda: MAX_BYTES)
+    _found: dict[tuple[str, bool], Picture | TextureError] = field(default_factory=dict)
 
     def tiles(self, file: str, srgb: bool) -> dict[tuple[int, int], Picture]:
         """All pictures of a set, by column and row."""
@@ -118,6 +120,18 @@ class _Folder:
 
     def picture(self, file: str, srgb: bool) -> Picture:
         """One picture; `srgb` says that its numbers are encoded so, if they are not bytes."""
+        key = file, srgb
+        if key not in self._found:
+            try:
+                self._found[key] = self._picture(file, srgb)
+            except TextureError as error:
+                self._found[key] = error
+        found = self._found[key]
+        if isinstance(found, TextureError):
+            raise found
+        return found
+
+    def _picture(self, file: str, srgb: bool) -> Picture:
         with _unpacked(str(self.root / file)) as path:
             if not Path(path).is_file():
                 raise TextureError("cannot be found")

@@ -325,6 +325,18 @@ def test_a_picture_that_is_not_read_leaves_the_color(
     np.testing.assert_allclose(film.color[0, 0, :3], (1, 2, 3))
 
 
+def test_a_picture_of_several_skies_takes_memory_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_image(tmp_path / "s.exr", np.ones((8, 16, 3), np.float32))
+    monkeypatch.setattr(textures, "MAX_BYTES", 8 * 16 * 3 * 4)
+    skies = 'sky(texture: "s.exr")\nsky(texture: "s.exr", color: rgb(2, 2, 2))\n'
+    scene = in_folder(tmp_path, monkeypatch, skies + looking(AXES["x"], "x"))
+    film = scene.render(width=1, height=1, samples=1)
+    assert film.warnings == ()
+    np.testing.assert_allclose(film.color[0, 0, :3], 3.0, rtol=1e-6)
+
+
 def test_a_program_reads_the_pictures_of_its_root_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
