@@ -56,6 +56,7 @@ _SINGLE: dict[str, Callable[[Span, Any], ast.Expression]] = {
 }
 """Expressions of one token, by its kind."""
 _SUFFIXES = ("(", "[", ".")
+_DEFINING = frozenset(("let", "fn", "for", "param", "as"))
 _GOING_ON = frozenset((*_LEVELS, *_SUFFIXES))
 """Words with which an expression that could end before them goes on."""
 
@@ -90,7 +91,7 @@ class ExpressionParser(TokenReader, ABC):
 
     def refuse_foreign(self, node: ast.Expression | ast.Statement | None) -> None:
         """Refuse a word of another language that is a name here and has made no sense."""
-        if isinstance(node, ast.Name) and node.name in WORDS:
+        if isinstance(node, ast.Name) and node.name in WORDS and not self.defines(node.name):
             message = f"`{node.name}` is no word of the language"
             what = str(self.token.value) if self.kind == "name" else ""
             help = WORDS.get(what, WORDS[node.name])
@@ -98,6 +99,13 @@ class ExpressionParser(TokenReader, ABC):
                 help = WORDS["usda"]
             self.report("syntax-expected", message, node.span, help=help)
             raise SyntaxFault
+
+    def defines(self, name: str) -> bool:
+        """Whether a definition of a name has been read."""
+        return any(
+            kind in _DEFINING and self.values[place + 1] == name
+            for place, kind in enumerate(self.kinds[: self.position])
+        )
 
     def chained(self, first: ast.Operator) -> NoReturn:
         """Refuse a second comparison or interval operator."""

@@ -122,6 +122,7 @@ FAULTS = [
     ("sphere().matrix((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0))", "(1, 0, 0, 0)", "inner brackets"),
     ("sphere().transform([1, 0, 0, 0])", "[1, 0, 0, 0]", "`matrix(…)`"),
     ("sphere().transform(translate(1, 2, 3) + scale(2))", "+", "a * b"),
+    ("let step = 1\nlet r = step 2\nsphere(radius: r)", "2", "a line of its own"),
     ("Let a = 1\nsphere(radius: a)", "a", "let"),
     ("let in = 3\nsphere(radius: in)", "in", "another name"),
     ("let first ball = sphere()", "ball", "first_ball"),
