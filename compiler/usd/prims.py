@@ -17,6 +17,10 @@ from compiler.usd.clock import Clock
 from compiler.usd.schema import type_of
 
 
+_PASSED_ON = ("visibility", "purpose", "model:drawMode")
+"""Attributes that hold for prims below too, beside bindings and primvars."""
+
+
 @dataclass(frozen=True, eq=False)
 class Authored:
     """The `names` of a prim's authored properties, in order, and what they alone say of it.
@@ -60,7 +64,7 @@ class Authored:
     @cached_property
     def inherited(self) -> bool:
         """Whether anything here is passed on to prims below."""
-        return self.bound or self.primvars or "visibility" in self or "purpose" in self
+        return self.bound or self.primvars or any(name in self for name in _PASSED_ON)
 
     @cached_property
     def primvars(self) -> bool:
@@ -133,12 +137,13 @@ class PrimTypes:
 class Inherited:
     """What a prim passes on to those below it.
 
-    `bound`, `colored` and `primvars` say whether materials, a display colour or opacity, or any
-    primvars may be theirs.
+    `mode` is the draw mode that models below may take; `bound`, `colored` and `primvars` say
+    whether materials, a display colour or opacity, or any primvars may be theirs.
     """
 
     visible: bool = True
     purpose: str = "default"
+    mode: str = ""
     bound: bool = False
     colored: bool = False
     primvars: bool = False
@@ -159,9 +164,13 @@ class Inherited:
             attribute = UsdGeom.Imageable(prim).GetPurposeAttr()
             if attribute.HasAuthoredValue():
                 purpose = clock.token(attribute) or purpose
+        mode = self.mode
+        if "model:drawMode" in authored:
+            mode = clock.token(prim.GetAttribute("model:drawMode")) or mode
         return Inherited(
             visible,
             purpose,
+            mode,
             self.bound or authored.bound,
             self.colored or authored.colored,
             self.primvars or authored.primvars,

@@ -341,6 +341,7 @@ class Traversal:
             "native",
             prim.GetPrototype().GetPath(),
             inherited,
+            visit.model,
             (binding is not None, self.appearance.is_strong(self.stage, binding)),
             path if inherited.collections else None,
         )

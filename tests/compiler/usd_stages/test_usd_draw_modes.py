@@ -118,3 +118,44 @@ def Xform "empty" (kind = "component"
     assert imported.paths() == ["/a"]
     assert imported.leaf("/a").material.diffuse == (1.0, 0.5, 0.0)
     assert imported.said("without bounds").primary.place.prim == "/empty"
+
+
+def test_components_in_instances_take_the_mode_above_each(load: Callable[..., Any]) -> None:
+    """Which holds for models only: those all of whose parents are groups."""
+    above = {
+        "default": "",
+        "bounds": 'uniform token model:drawMode = "bounds"',
+        "cards": 'uniform token model:drawMode = "cards"',
+    }
+    stage = """
+class Xform "_asset" (kind = "group") {
+    def Xform "part" (kind = "component"
+        apiSchemas = ["GeomModelAPI"]
+    ) {
+        def Sphere "s" {
+        }
+    }
+}
+"""
+    for kind in ("group", ""):
+        for name, line in above.items():
+            stage += f"""
+def Xform "{name}{kind}" (kind = "{kind}"
+    apiSchemas = ["GeomModelAPI"]
+) {{
+    {line}
+    def Xform "i" (kind = "group"
+        instanceable = true
+        inherits = </_asset>
+    ) {{
+    }}
+}}
+"""
+    assert load(stage).paths() == [
+        "/defaultgroup/i/part/s",
+        "/boundsgroup/i/part",
+        "/cardsgroup/i/part",
+        "/default/i/part/s",
+        "/bounds/i/part/s",
+        "/cards/i/part/s",
+    ]
