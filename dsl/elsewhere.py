@@ -25,6 +25,8 @@ _MATHS = "what is of mathematics is there: `sqrt(2)`, `sin(30deg)`, `pi`"
 _AXES = "a direction is a vector: `(0, -1, 0)` is down"
 _LISTS = "a loop over a list makes objects: `for x in list { … }`; no function makes lists"
 _READ = 'a mesh is placed by `mesh("file.obj")`, a stage by `usd("file.usd")`'
+_BRACES = "a block stands in braces: `{ … }`"
+_MESH = 'other solids are read from a file: `mesh("file.obj")`'
 _STAGE = 'a stage has its own file, ending in `.usda`: `usd("file.usda")` places it'
 _MATERIAL = "a material is made by a call: `matte(rgb(1, 0, 0))`"
 NEVER = "values never change: `let name = value` names another, computed as `30deg * i` in a loop"
@@ -60,6 +62,13 @@ WORDS: dict[str, str] = {
     "uniform": "what may be set from outside is a `param name = default`",
     **dict.fromkeys(("class", "struct"), f"what has parts is a group, or {_FUNCTION}"),
     **dict.fromkeys(("up", "down", "left", "right", "forward", "backward"), _AXES),
+    **dict.fromkeys(("hsl", "hsv", "rgba"), _COLOR),
+    **dict.fromkeys(("begin", "end", "do", "done", "then", "endif"), _BRACES),
+    **dict.fromkeys(("match", "switch", "case"), "write `if a { … } else if b { … } else { … }`"),
+    **dict.fromkeys(("frame", "now", "clock"), "write `time`: what `--time` and `--frames` set"),
+    **dict.fromkeys(("prism", "pyramid", "polygon", "polyhedron", "text", "extrude"), _MESH),
+    "capsule": "it is `cylinder(radius: 1, y: -2..2, bevel: 1)`",
+    "image": 'a picture is named where it is used: `sky(texture: "file.exr")`',
     **dict.fromkeys(("map", "filter", "reduce", "zip", "enumerate"), _LISTS),
     **dict.fromkeys(("load", "open", "read"), _READ),
     **dict.fromkeys(("usda", "over"), _STAGE),
@@ -167,6 +176,7 @@ PARAMETERS: dict[str, tuple[str, str]] = {
         ("center", "centre", "position", "pos", "location", "origin"), ("radius", MIDDLE)
     ),
     "color": ("m", _MATERIAL),
+    **dict.fromkeys(("inner", "outer", "r1", "r2", "radius"), ("r", "both radii: `r: 1..2`")),
 }
 """What to write in the place of a parameter, for functions that have another."""
 
@@ -203,6 +213,7 @@ BESIDE: dict[str, str] = {
     "rotate": "turns about the axes are `.rotate_x(a).rotate_y(b).rotate_z(c)`",
     "scale": "a vector is taken apart: `scale(v.x, v.y, v.z)`",
     "random": "equal seeds give equal numbers: in a loop `random(i)`, and another `random(i, 1)`",
+    "rgb": "to see through is a matter of materials: `material(opacity: 0.5)`",
     "matte": "a color is written `rgb(1, 0, 0)` or `#ff0000`",
     "plane": "it has no ends, and is moved by `.translate(0, y, 0)`",
 }
@@ -227,8 +238,12 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "eye": ("from",),
     "ground": ("plane",),
     "brightness": ("irradiance", "intensity", "radiance"),
+    "chrome": ("metal",),
+    "dielectric": ("glass",),
+    "emissive": ("glow",),
     "energy": ("irradiance", "intensity", "radiance"),
     "intensity": ("irradiance", "radiance"),
+    "lambert": ("matte",),
     "len": ("count",),
     "lerp": ("mix",),
     "light": ("point_light",),
@@ -241,6 +256,8 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "power": ("irradiance", "intensity", "radiance"),
     "quad": ("rectangle",),
     "size": ("count",),
+    "resolution": ("width",),
+    "spp": ("samples",),
     "spot_light": ("point_light",),
     "spotlight": ("point_light",),
     "square": ("rectangle",),

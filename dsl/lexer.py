@@ -311,6 +311,8 @@ class _Lexer:
         help = "a color has six hexadecimal digits, such as `#d2b48c`; comments begin with `//`"
         if re.fullmatch("[0-9a-fA-F]{3}", digits):
             help = f"write `#{''.join(2 * digit for digit in digits)}`"
+        elif re.fullmatch("[0-9a-fA-F]{8}", digits):
+            help = f"write `#{digits[:6]}`: a color has no alpha, a material an `opacity`"
         message = f"`{word[:40]}` is no color"
         help = WORDS.get(digits, help)
         self.fault("syntax-color", message, start, start + _size(word), help)
