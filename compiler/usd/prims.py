@@ -16,7 +16,6 @@ from pxr import UsdGeom, UsdLux, UsdSkel
 from compiler.usd.clock import Clock
 from compiler.usd.schema import type_of
 
-
 _PASSED_ON = ("visibility", "purpose", "model:drawMode")
 """Attributes that hold for prims below too, beside bindings and primvars."""
 
