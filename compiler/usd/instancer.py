@@ -20,6 +20,7 @@ from compiler.column import Integers
 from compiler.usd.clock import Clock
 from compiler.usd.exact import exact_transforms
 from compiler.usd.point_colors import PointColors, by_label, point_colors
+from compiler.usd.primvars import inherits
 from compiler.usd.report import Report
 from compiler.usd.sheets import is_flat, pressed
 from compiler.usd.xform import UNIT_SLACK, unit_quaternions
@@ -105,6 +106,11 @@ def point_batches(
     if inherited.colored and traversal.binding(prim, inherited) is None:
         count = len(points.usable)
         colors = point_colors(prim, count, traversal.clock, traversal.report)
+        # An opacity from above an instance is that instance's.
+        above = colors is not None and inherits(
+            prim, ("displayColor", "displayOpacity"), frame.base
+        )
+        frame.shared = frame.shared and not above
     material = traversal.material(prim, inherited, frame) if colors is None else None
     batches: list[Node] = []
     targets = instancer.GetPrototypesRel().GetForwardedTargets()

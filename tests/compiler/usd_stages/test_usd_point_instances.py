@@ -467,3 +467,33 @@ def test_very_many_colours_are_rounded(tmp_path: Path) -> None:
     drawn = scene.ir.materials["diffuse"][scene.ir.instance_material]
     assert np.abs(np.sqrt(drawn) - np.sqrt(colors)).max() < 0.5 / 15 + 1e-6
     assert any("20000 colours are drawn in rounded ones" in d.message for d in scene.warnings)
+
+
+def test_colours_of_an_instancer_meet_the_opacity_of_each_instance_around_it(
+    load: Callable[..., Any],
+) -> None:
+    stage = """
+class Xform "_c" {
+    def PointInstancer "p" {
+        rel prototypes = </_c/p/k>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 0, 0), (4, 0, 0)]
+        color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (
+            interpolation = "vertex"
+        )
+        def Cube "k" {
+        }
+    }
+}
+"""
+    for name, opacity in (("a", 0.25), ("b", 0.5)):
+        stage += f"""
+def Xform "{name}" (instanceable = true
+    inherits = </_c>
+) {{
+    float[] primvars:displayOpacity = [{opacity}]
+}}
+"""
+    drawn = {leaf.path: leaf.material for leaf in load(stage).leaves}
+    assert {path[1]: material.opacity for path, material in drawn.items()} == {"a": 0.25, "b": 0.5}
+    assert drawn["/b/p/k@/b/p[0]"].diffuse == (1.0, 0.0, 0.0)
