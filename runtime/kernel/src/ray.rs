@@ -52,8 +52,14 @@ pub enum Rays<'a> {
         t_min: &'a [f64],
         /// [`Ray::t_max`].
         t_max: &'a [f64],
+        /// The leaf that each leaves, and cannot meet again; −1 of none. Whoever asks whether
+        /// anything is hit need not ask that one.
+        left: &'a [f64],
     },
 }
+
+/// No ray leaves anything.
+const NOTHING_LEFT: &[f64] = &[-1.0];
 
 /// A stretch of numbers, which may be one for all.
 #[inline(always)]
@@ -119,6 +125,15 @@ impl<'a> Rays<'a> {
         number(t_min, i)
     }
 
+    /// The leaves that rays leave for good: of each ray, or one for all.
+    #[inline(always)]
+    pub fn left(&self) -> &'a [f64] {
+        match *self {
+            Rays::Columns { .. } => NOTHING_LEFT,
+            Rays::Axes { left, .. } => left,
+        }
+    }
+
     /// Some of the rays.
     pub fn part(&self, range: Range<usize>) -> Rays<'a> {
         match *self {
@@ -138,13 +153,15 @@ impl<'a> Rays<'a> {
                 direction,
                 t_min,
                 t_max,
+                left,
                 ..
             } => Rays::Axes {
                 len: range.len(),
                 origin: origin.map(|column| stretch(column, range.clone())),
                 direction: direction.map(|column| stretch(column, range.clone())),
                 t_min: stretch(t_min, range.clone()),
-                t_max: stretch(t_max, range),
+                t_max: stretch(t_max, range.clone()),
+                left: stretch(left, range),
             },
         }
     }
@@ -333,6 +350,11 @@ pub trait Trace: Send + Sync {
     fn closest(&self, rays: Rays, hits: &mut Hits);
     /// Whether anything is hit. Panics if the lengths differ.
     fn occluded(&self, rays: Rays, occluded: &mut [bool]);
+    /// Whether rays that leave hit number `i` outwards, or inwards, cannot meet its leaf again;
+    /// false where that is not known.
+    fn is_left_for_good(&self, _hits: &Hits, _i: usize, _outwards: bool) -> bool {
+        false
+    }
     /// The triangle that a hit lies on; None if it is not on a mesh.
     fn on_triangle(&self, _hit: &Hit) -> Option<OnTriangle> {
         None

@@ -29,6 +29,8 @@ pub struct Occlusion {
     /// The vertex of each ray, counted from the first of the batch.
     owners: Vec<u32>,
     rays: RayLists,
+    /// Of each vertex, the leaf that its rays leave for good.
+    left: Vec<f64>,
     occluded: Vec<bool>,
 }
 
@@ -55,6 +57,8 @@ impl Occlusion {
         }
         self.vertices
             .place::<I>(&samples.rays, &samples.hits, false);
+        self.vertices
+            .left_for_good(frame, &samples.hits, &mut self.left);
         self.open.clear();
         self.open.resize(self.vertices.len(), 0);
         let at_once = (RAYS / count as usize).max(1);
@@ -141,6 +145,11 @@ impl Occlusion {
         self.owners.resize(order.len(), 0);
         for (owner, &ray) in self.owners.iter_mut().zip(order) {
             *owner = ray / each;
+        }
+        self.rays.left.resize(order.len() + MAX_WIDTH, -1.0);
+        let left = &self.left[vertices.clone()];
+        for (to, &owner) in self.rays.left.iter_mut().zip(&self.owners) {
+            *to = left[owner as usize];
         }
         for axis in 0..3 {
             let origins = &self.vertices.origin[axis][vertices.clone()];

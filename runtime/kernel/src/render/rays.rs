@@ -15,6 +15,8 @@ pub struct RayLists {
     pub t_min: Vec<f64>,
     /// [`Ray::t_max`] of each.
     pub t_max: Vec<f64>,
+    /// The leaf that each leaves for good, or −1; empty if none does. See [`Rays::Axes`].
+    pub left: Vec<f64>,
 }
 
 /// Makes room in columns for so many numbers and what lanes write beyond them.
@@ -63,6 +65,11 @@ impl RayLists {
             direction: [u, v, w],
             t_min: &self.t_min,
             t_max: &self.t_max,
+            left: if self.left.is_empty() {
+                &[-1.0]
+            } else {
+                &self.left
+            },
         }
     }
 

@@ -143,6 +143,23 @@ impl Vertices {
         }
     }
 
+    /// Of each vertex the leaf that no ray from the side that is seen meets again, or −1.
+    #[inline(always)]
+    pub fn left_for_good(&self, frame: &Frame, hits: &Hits, left: &mut Vec<f64>) {
+        left.resize(self.len(), -1.0);
+        for (i, (left, &hit)) in left.iter_mut().zip(&self.hits).enumerate() {
+            let hit = hit as usize;
+            let outward: Vec3 = Vec3::load(&hits.normal, hit);
+            let outwards = outward.dot(Vec3::load(&self.normal, i)) > 0.0;
+            let is_left = frame.trace.is_left_for_good(hits, hit, outwards);
+            *left = if is_left {
+                hits.instance[hit] as f64
+            } else {
+                -1.0
+            };
+        }
+    }
+
     /// Shades vertex number `i` with another outward normal; the side that is seen stays that of
     /// the geometric one.
     pub fn shade_with(&mut self, i: usize, outward: Vec3) {

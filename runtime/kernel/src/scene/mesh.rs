@@ -5,6 +5,8 @@ use super::{Buffer, SceneError};
 use crate::bvh::{Bounds, Child, MAX_ITEMS, Tree, build};
 use crate::huge_pages;
 use crate::scalar::Scalar;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicU8;
 
 /// Triangles of a block, and most that share a leaf.
 ///
@@ -35,6 +37,8 @@ pub struct Mesh<F> {
     first_triangle: usize,
     /// How many triangles there are.
     pub triangle_count: usize,
+    /// What `super::horizon` knows of each, if anybody asked.
+    pub(super) sides: OnceLock<Vec<AtomicU8>>,
 }
 
 impl<F: Scalar> Mesh<F> {
@@ -106,6 +110,7 @@ impl<F: Scalar> Mesh<F> {
             first_point: point_range.start,
             first_triangle: triangle_range.start,
             triangle_count: triangle_range.len(),
+            sides: OnceLock::new(),
         })
     }
 
@@ -142,6 +147,7 @@ impl<F: Scalar> Mesh<F> {
 
     /// Bytes held.
     pub fn nbytes(&self) -> usize {
-        self.tree.nbytes() + self.blocks.capacity() * size_of::<TriangleBlock<F>>()
+        let sides = self.sides.get().map_or(0, Vec::capacity);
+        self.tree.nbytes() + self.blocks.capacity() * size_of::<TriangleBlock<F>>() + sides
     }
 }

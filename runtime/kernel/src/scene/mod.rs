@@ -4,6 +4,7 @@
 //! shapes are shared by all their instances. Matrices stay where the IR has them.
 mod arrays;
 mod build;
+mod horizon;
 mod instance_block;
 mod mesh;
 mod reuse;

@@ -159,6 +159,36 @@ impl<F: Scalar> Shape<F> {
         )
     }
 
+    /// Whether all of it lies behind each of its tangent planes.
+    pub fn is_convex(&self) -> bool {
+        match self.exact {
+            Solid::Sphere(_)
+            | Solid::Cuboid(_)
+            | Solid::Cylinder(_)
+            | Solid::Disc(_)
+            | Solid::Rectangle(_)
+            | Solid::Plane
+            | Solid::Triangle(_)
+            | Solid::Cone(_)
+            | Solid::BevelledBox(_)
+            | Solid::BevelledCylinder(_)
+            | Solid::BevelledCone(_) => true,
+            Solid::Torus(_)
+            | Solid::Ring(_)
+            | Solid::Wedge(_)
+            | Solid::BevelledRing(_)
+            | Solid::BevelledWedge(_) => false,
+        }
+    }
+
+    /// Whether all of it lies in one plane.
+    pub fn is_flat(&self) -> bool {
+        matches!(
+            self.exact,
+            Solid::Disc(_) | Solid::Rectangle(_) | Solid::Plane | Solid::Triangle(_)
+        )
+    }
+
     /// For each active lane whether it hits with t_min < t < t_max, and the least such t; a ray
     /// that starts inside hits where it leaves. The ray is in shape space. t means nothing in the
     /// other lanes.

@@ -11,6 +11,8 @@ pub struct RayColumns<I: Isa> {
     pub level: Halves<LevelRays<I::F64>>,
     pub t_min: Halves<I::F64>,
     pub t_max: Halves<I::F64>,
+    /// The leaves that they leave for good, or −1.
+    pub left: Halves<I::F64>,
     /// How many there are.
     pub len: usize,
 }
@@ -60,6 +62,7 @@ impl<I: Isa> RayColumns<I> {
                 halves!(|h| I::columns(&directions[first + h * I::F64::WIDTH..])),
                 column::<I>(t_min, first),
                 column::<I>(t_max, first),
+                column::<I>(rays.left(), first),
                 len,
             ),
             Rays::Axes {
@@ -67,6 +70,7 @@ impl<I: Isa> RayColumns<I> {
                 direction,
                 t_min,
                 t_max,
+                left,
                 ..
             } if len == I::F32::WIDTH => {
                 let origin = axes!(|i| column::<I>(origin[i], first));
@@ -76,6 +80,7 @@ impl<I: Isa> RayColumns<I> {
                     halves!(|h| axes!(|i| direction[i][h])),
                     column::<I>(t_min, first),
                     column::<I>(t_max, first),
+                    column::<I>(left, first),
                     len,
                 )
             }
@@ -84,19 +89,25 @@ impl<I: Isa> RayColumns<I> {
                 for (i, ray) in some[..len].iter_mut().enumerate() {
                     *ray = rays.get(first + i);
                 }
-                RayColumns::of_records(Ray::as_rows(&some), len)
+                let mut left = [-1.0; WIDE];
+                match rays.left() {
+                    [all] => left = [*all; WIDE],
+                    each => left[..len].copy_from_slice(&each[first..first + len]),
+                }
+                RayColumns::of_records(Ray::as_rows(&some), column::<I>(&left, 0), len)
             }
         }
     }
 
     #[inline(always)]
-    fn of_records(rows: &[[f64; 8]], len: usize) -> RayColumns<I> {
+    fn of_records(rows: &[[f64; 8]], left: Halves<I::F64>, len: usize) -> RayColumns<I> {
         let columns = transposed::<I>(rows);
         RayColumns::of(
             halves!(|h| axes!(|i| columns[h][i])),
             halves!(|h| axes!(|i| columns[h][i + 3])),
             halves!(|h| columns[h][6]),
             halves!(|h| columns[h][7]),
+            left,
             len,
         )
     }
@@ -107,6 +118,7 @@ impl<I: Isa> RayColumns<I> {
         direction: Halves<[I::F64; 3]>,
         t_min: Halves<I::F64>,
         t_max: Halves<I::F64>,
+        left: Halves<I::F64>,
         len: usize,
     ) -> RayColumns<I> {
         let one = I::F64::splat(1.0);
@@ -126,6 +138,7 @@ impl<I: Isa> RayColumns<I> {
             level,
             t_min,
             t_max,
+            left,
             len,
         }
     }

@@ -287,6 +287,12 @@ impl<F: Precision> Trace for Scene<F> {
         self.find_any(rays, occluded);
     }
 
+    fn is_left_for_good(&self, hits: &Hits, i: usize, outwards: bool) -> bool {
+        let prototype = usize::try_from(hits.prototype[i]).ok();
+        let prototype = prototype.and_then(|number| self.prototypes.get(number));
+        prototype.is_some_and(|of| of.is_left_for_good(hits.primitive[i], outwards))
+    }
+
     fn on_triangle(&self, hit: &Hit) -> Option<OnTriangle> {
         self.triangle_of(hit)
     }

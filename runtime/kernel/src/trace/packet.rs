@@ -36,6 +36,8 @@ pub(super) struct Packet<'s, I: Isa, F: Precision> {
     above: Vec<Level<'s, I>>,
     pub stack: Entries,
     pub t_min: Halves<I::F64>,
+    /// The leaves that rays leave for good, or −1.
+    pub left: Halves<I::F64>,
     /// What was found; with ANY nothing is kept here.
     pub best: Best<I>,
     /// Rays that still look for something: with ANY, those that have not hit.
@@ -55,6 +57,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             above: Vec::new(),
             stack: Entries::new(),
             t_min: zero,
+            left: zero,
             best: Best {
                 t: zero,
                 leaf: zero,
@@ -97,6 +100,7 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         self.stack.truncate(0);
         self.above.clear();
         self.t_min = rays.t_min;
+        self.left = rays.left;
         self.best = Best {
             t: rays.t_max,
             leaf: [I::F64::splat(-1.0); 2],
@@ -114,12 +118,18 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
         singles: &mut Singles<'s, I, F>,
     ) {
         loop {
-            while let Some((child, active)) = level.bundle.next_leaf::<ANY, COHERENT>(
+            while let Some((child, mut active)) = level.bundle.next_leaf::<ANY, COHERENT>(
                 &level.group.tree.nodes,
                 &mut self.stack,
                 level.stack_base,
                 level.active & self.alive,
             ) {
+                if ANY && child.is_item() {
+                    active = active.and_not(self.leave(&level, child));
+                    if !active.any() {
+                        continue;
+                    }
+                }
                 let rays = active.bits().count_ones();
                 if are_few::<F, COHERENT>(self.scene, level.group, child, rays) {
                     I::call(Part::<'_, 's, I, F, ANY> {
@@ -199,6 +209,19 @@ impl<'s, I: Isa, F: Precision> Packet<'s, I, F> {
             active,
             stack_base: self.stack.len(),
         }
+    }
+
+    /// The rays that leave an instance of an object for good.
+    #[inline(always)]
+    fn leave(&self, level: &Level<'s, I>, child: Child) -> PacketMask<I> {
+        let offset = child.number() as usize;
+        let row = level.group.start + offset;
+        if matches!(self.scene.target(row), Target::Group(_)) {
+            return Mask::none();
+        }
+        let leaf = level.first_leaf + level.group.leaves_before(offset);
+        let [low, high] = halves!(|h| self.left[h].eq(I::F64::splat(leaf as f64)));
+        I::join(low, high)
     }
 
     /// Tests an instance; a level to go on with if that is one.

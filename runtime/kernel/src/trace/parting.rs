@@ -21,7 +21,7 @@ use crate::scene::{Geometry, Group, Scene};
 const FEW_AT_ONCE: u32 = 2;
 const FEW_IN_TREE: u32 = 1;
 const FEW_IN_GROUP: u32 = 8;
-const FEW_IN_MESH: u32 = 2;
+const FEW_IN_MESH: u32 = 8;
 
 /// The children of the root that are large leaves of instances of objects, as bits.
 #[inline(always)]
@@ -188,7 +188,8 @@ impl<I: Isa, F: Precision, const ANY: bool> Task for Part<'_, '_, I, F, ANY> {
                     stack_base: 0,
                 };
                 let (t_min, best) = (packet.t_min(lane), packet.best.get(lane));
-                singles.start_at::<ANY>(lane, start, child, t_min, best);
+                let left = packet.left[half].get(place) as i64;
+                singles.start_at::<ANY>(lane, start, child, t_min, left, best);
             }
             packet.collect::<ANY>(active, singles);
         }

@@ -22,6 +22,7 @@ type Column<T> = [T; MAX_WIDTH];
 pub struct Roots {
     t_min: Column<f64>,
     t_max: Column<f64>,
+    left: Column<f64>,
     /// Of [`LevelRays`]; none was slid before the root.
     origin: [Column<f64>; 3],
     direction: [Column<f64>; 3],
@@ -61,6 +62,7 @@ impl Roots {
         };
         keep::<I>(&mut self.t_min, rays.t_min);
         keep::<I>(&mut self.t_max, rays.t_max);
+        keep::<I>(&mut self.left, rays.left);
         let [low, high] = &rays.level;
         for i in 0..3 {
             keep::<I>(&mut self.origin[i], [low.origin[i], high.origin[i]]);
@@ -133,6 +135,12 @@ impl Roots {
     #[inline(always)]
     pub fn interval(&self, ray: usize) -> [f64; 2] {
         [self.t_min[ray], self.t_max[ray]]
+    }
+
+    /// The leaf that a ray leaves for good, or −1.
+    #[inline(always)]
+    pub fn left(&self, ray: usize) -> i64 {
+        self.left[ray] as i64
     }
 
     /// Pushes the root's children that a ray meets.

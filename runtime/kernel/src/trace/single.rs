@@ -150,6 +150,8 @@ pub(super) struct Single<'s, I: Isa, F: Precision> {
     /// The way through the mesh that the ray is in.
     pub mesh_ray: MeshRay<'s, F>,
     pub t_min: f64,
+    /// The leaf that it leaves for good, or −1.
+    left: i64,
     pub nearest: Nearest,
     set: std::marker::PhantomData<I>,
 }
@@ -163,6 +165,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
             stack: Stack::new(),
             mesh_ray: MeshRay::new(),
             t_min: 0.0,
+            left: -1,
             nearest: Nearest::none(0.0),
             set: std::marker::PhantomData,
         }
@@ -173,6 +176,7 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     pub fn begin<const ANY: bool>(&mut self, roots: &Roots, ray: usize, nearest: Nearest) {
         let root = &self.scene.groups[0];
         self.t_min = roots.interval(ray)[0];
+        self.left = roots.left(ray);
         self.nearest = nearest;
         self.stack.clear();
         roots.push_met::<ANY>(ray, root, &mut self.stack);
@@ -188,8 +192,16 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     /// Begins with a ray that has come to a level some other way: for what it meets below `child` of
     /// the group's tree, and nearer than the hit that it has, if any.
     #[inline(always)]
-    pub fn begin_at(&mut self, level: Level<'s>, child: Child, t_min: f64, nearest: Nearest) {
+    pub fn begin_at(
+        &mut self,
+        level: Level<'s>,
+        child: Child,
+        t_min: f64,
+        left: i64,
+        nearest: Nearest,
+    ) {
         self.t_min = t_min;
+        self.left = left;
         self.nearest = nearest;
         self.stack.clear();
         self.stack.push(child);
@@ -348,8 +360,11 @@ impl<'s, I: Isa, F: Precision> Single<'s, I, F> {
     ) -> Visited {
         let row = level.group.start + offset;
         let target = self.scene.target(row);
-        let entrance = self.scene.entrance(row, &target);
         let leaf = level.first_leaf + level.group.leaves_before(offset);
+        if ANY && leaf == self.left && matches!(target, Target::Prototype(_)) {
+            return Visited::Done;
+        }
+        let entrance = self.scene.entrance(row, &target);
         let prototype = match target {
             Target::Group(group) => {
                 let ray = entrance.enter_group(&level.ray);

@@ -113,10 +113,11 @@ impl<'s, I: Isa, F: Precision> Singles<'s, I, F> {
         level: Level<'s>,
         child: Child,
         t_min: f64,
+        left: i64,
         nearest: Nearest,
     ) {
         let place = lane % self.rays.len();
-        self.rays[place].begin_at(level, child, t_min, nearest);
+        self.rays[place].begin_at(level, child, t_min, left, nearest);
         self.advance::<ANY>(place, lane);
     }
 

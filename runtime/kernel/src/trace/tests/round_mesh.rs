@@ -8,7 +8,7 @@ use crate::scene::SceneArrays;
 use crate::trace::{Bundling, Precision};
 
 /// A unit sphere of triangles, `rows` by 2 `rows`, and how far its faces may lie within it.
-fn round_mesh(rows: i32) -> (SceneArrays, f64) {
+pub fn round_mesh(rows: i32) -> (SceneArrays, f64) {
     let step = std::f64::consts::PI / f64::from(rows);
     let ring = |row: i32| {
         (
