@@ -56,6 +56,18 @@ def test_diagnostics_are_coloured_on_a_terminal_only(tmp_path: Path) -> None:
     assert b"\x1b[" not in piped.stderr
 
 
+def test_quiet_pictures_of_all_formats_say_nothing_at_all(tmp_path: Path) -> None:
+    (tmp_path / "ball.ovo").write_text("sphere()\nsettings(width: 8, height: 8, samples: 1)\n")
+    outputs = [word for name in ("b.png", "b.jpg", "b.exr") for word in ("-o", name)]
+    process = subprocess.run(
+        [*OVOLO, "render", "ball.ovo", "--quiet", *outputs],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+    )
+    assert (process.returncode, process.stdout, process.stderr) == (0, b"", b"")
+
+
 def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     (tmp_path / "ball.ovo").write_text("sphere()\n")
     code, shown = on_a_terminal(
