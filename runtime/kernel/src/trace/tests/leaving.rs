@@ -136,6 +136,7 @@ fn nothing_is_lost<F: Precision>(arrays: &SceneArrays, seeing: &[Ray]) -> usize 
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
     #[test]
     fn rays_need_not_look_for_what_they_leave(
         instances in prop::collection::vec(an_instance(), 1..12), rays in some_rays(),
